@@ -1,0 +1,1 @@
+"""The question and the marking: scenes, results, differences, convergence, tables, pages, gate."""

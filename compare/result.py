@@ -1,0 +1,112 @@
+"""Result: one solver's answer to a scene at one resolution, and how it is kept on disk.
+
+A result is one .npz file: the arrays by name, and a JSON header that explains itself (schema
+version, scene, solver, level, scalars). NumPy alone reads it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+SCHEMA = 1
+OK = "ok"
+
+
+class ResultError(ValueError):
+    """A result file that cannot be read; the message names file and reason."""
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Triangles of the body's true (grooved) surface, for pictures only.
+
+    points (n, 3) reference positions in m, displacement (n, 3) in m at the last output time,
+    triangles (m, 3) indices of points, edges (k, 2) indices of points: lines of the mesh to draw.
+    """
+
+    points: np.ndarray
+    displacement: np.ndarray
+    triangles: np.ndarray
+    edges: np.ndarray
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a solver found. Lengths in m, times in s, energies in J.
+
+    scene: physics of the scene as JSON values. solver: "ancf" or "reference". level: the resolution
+    as JSON values. h: length of an element's edge (m) that convergence is measured against.
+    times (t,); probes: names; probe_position (p, 3) reference position of each probe (of a patch
+    its mean); displacement (t, p, 3). energies: kind -> (t,), for example "kinetic", "strain",
+    "external" (work done by the loads). status: "ok", or the name of the failure; then the arrays
+    end at the last time that was reached. facts: further scalars worth a look, for example volume.
+    """
+
+    scene: dict[str, Any]
+    solver: str
+    version: str
+    level: dict[str, Any]
+    h: float
+    unknowns: int
+    times: np.ndarray
+    probes: tuple[str, ...]
+    probe_position: np.ndarray
+    displacement: np.ndarray
+    energies: dict[str, np.ndarray]
+    status: str = OK
+    message: str = ""
+    seconds: float = 0.0
+    cpu_seconds: float = 0.0
+    peak_mb: float | None = None
+    steps: int = 0
+    newton_iterations: int = 0
+    facts: dict[str, float] = field(default_factory=dict)
+    outline: Outline | None = None
+
+    def position(self, probe: str) -> np.ndarray:
+        """Path of a probe (t, 3) in m."""
+        index = self.probes.index(probe)
+        return self.probe_position[index] + self.displacement[:, index]
+
+
+ARRAYS = ("times", "probe_position", "displacement")
+OUTLINE = ("points", "displacement", "triangles", "edges")
+
+
+def save(result: Result, path: Path) -> None:
+    """Write a result to `path` (.npz) in one atomic step: a killed run leaves the old file or none."""
+    header = {key: value for key, value in vars(result).items() if key not in (*ARRAYS, "energies", "outline")}
+    header = {"schema": SCHEMA, **header}
+    arrays = {name: getattr(result, name) for name in ARRAYS}
+    arrays |= {f"energy.{kind}": values for kind, values in result.energies.items()}
+    if result.outline is not None:
+        arrays |= {f"outline.{name}": getattr(result.outline, name) for name in OUTLINE}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
+        np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+    os.replace(file.name, path)
+
+
+def load(path: Path) -> Result:
+    """Read a result. Raises ResultError where the file is damaged or of a newer schema."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        header = json.loads(str(arrays.pop("header")))
+    except Exception as error:
+        raise ResultError(f"{path}: not a result file: {error}") from error
+    schema = header.pop("schema", None)
+    if schema != SCHEMA:
+        raise ResultError(f"{path}: result schema {schema}, this version reads {SCHEMA}")
+    header["probes"] = tuple(header["probes"])
+    energies = {name.removeprefix("energy."): arrays[name] for name in arrays if name.startswith("energy.")}
+    drawn = {name: arrays[f"outline.{name}"] for name in OUTLINE if f"outline.{name}" in arrays}
+    outline = Outline(**drawn) if drawn else None
+    return Result(**header, **{name: arrays[name] for name in ARRAYS}, energies=energies, outline=outline)

@@ -1,0 +1,423 @@
+"""Scene: what is to be computed, stated once for every solver, in SI units.
+
+A scene states; it computes nothing that a solver uses: dimensions, material constants, groove
+curves, supports, loads, probes and output times. No stiffness, interpolation or integration lives
+here, because whatever shared code computed, both solvers would get wrong together.
+
+Reference coordinates (x, y, z): x and y are the parameters of the mid-surface (metres on a
+rectangle, knot values on a NURBS patch), z is the distance from the mid-surface along its normal,
+in metres. Edges of the plate are named x0, x1, y0, y1: the side where that parameter is least or
+greatest. "bottom" is the face of negative z, "top" that of positive z.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
+
+SCHEMA = 1
+BUDGETS = ("quick", "standard", "full")
+SHIPPED = Path(__file__).parent / "scenes"
+
+Budget = Literal["quick", "standard", "full"]
+Edge = Literal["x0", "x1", "y0", "y1"]
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Count = Annotated[int, Field(gt=0)]
+Tuple = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
+Interval = Annotated[tuple[Number, Number], Tuple]
+Region = Annotated[tuple[Interval, Interval], Tuple]
+Vector = Annotated[tuple[Number, Number, Number], Tuple]
+
+
+class SceneError(ValueError):
+    """A scene that cannot be computed; each problem names file, key, value and reason."""
+
+    def __init__(self, problems: list[str]):
+        super().__init__("\n".join(problems))
+        self.problems = problems
+
+
+class Part(BaseModel):
+    """A frozen piece of a scene that knows every key it may have."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class Rectangle(Part):
+    """Flat mid-surface 0 <= x <= length, 0 <= y <= width at Z = 0, normal +Z. Metres."""
+
+    kind: Literal["rectangle"]
+    length: Positive
+    width: Positive
+
+    @property
+    def span(self) -> tuple[Interval, Interval]:
+        """Range of the parameters x and y."""
+        return (0.0, self.length), (0.0, self.width)
+
+
+class NurbsPatch(Part):
+    """NURBS mid-surface (paper Eq. 4): control_points[i][j] = (X, Y, Z) in metres."""
+
+    kind: Literal["nurbs"]
+    degree: Annotated[tuple[Count, Count], Tuple]
+    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], Tuple]
+    control_points: tuple[tuple[Vector, ...], ...]
+    weights: tuple[tuple[Positive, ...], ...] | None = None
+
+    @property
+    def span(self) -> tuple[Interval, Interval]:
+        """Range of the parameters x and y: first and last knot of each direction."""
+        return tuple((knots[0], knots[-1]) for knots in self.knots)
+
+
+Surface = Annotated[Rectangle | NurbsPatch, Field(discriminator="kind")]
+
+
+class Profile(Part):
+    """Cross-section of a band as a NURBS curve (paper Eq. 3) through (across, depth), metres.
+
+    The across coordinates of the control points must not decrease; the first and the last one are
+    the edges of the band.
+    """
+
+    degree: Count
+    control_points: Annotated[tuple[Annotated[tuple[Number, Number], Tuple], ...], Tuple]
+    knots: tuple[Number, ...]
+    weights: tuple[Positive, ...] | None = None
+
+
+class Band(Part):
+    """A straight band on one face that runs along x or y in the mid-surface parameters.
+
+    Either `across` (the two edges) and `depth` (metres, constant: a rectangular section), or
+    `profile`. `extent` limits the band along its own direction; without it the band crosses the
+    whole plate. For a groove the depth is cut away; for a protrusion it is added.
+    """
+
+    name: str
+    face: Literal["bottom", "top"]
+    along: Literal["x", "y"]
+    across: Interval | None = None
+    depth: Positive | None = None
+    profile: Profile | None = None
+    extent: Interval | None = None
+
+    @property
+    def edges(self) -> Interval:
+        """The two edges of the band, in the parameter that runs across it."""
+        if self.profile is None:
+            return self.across
+        points = self.profile.control_points
+        return points[0][0], points[-1][0]
+
+
+class Material(Part):
+    """Young's modulus E (Pa), Poisson's ratio nu, density (kg/m3) of a St. Venant-Kirchhoff solid."""
+
+    kind: Literal["svk"]
+    youngs_modulus: Positive
+    poissons_ratio: Number = 0.0
+    density: Positive | None = None
+
+
+class Clamp(Part):
+    """An edge whose cross-section is held.
+
+    gradients = "all": every nodal gradient is fixed too (the paper's clamp, all 12 coordinates).
+    gradients = "tangential": only what a Dirichlet condition on the face fixes; the gradient
+    normal to the edge stays free. A displacement-based solid reads both the same way.
+    """
+
+    kind: Literal["clamp"]
+    edge: Edge
+    gradients: Literal["all", "tangential"] = "tangential"
+
+
+History = Annotated[tuple[Annotated[tuple[Number, Number], Tuple], ...], Tuple]
+CONSTANT: History = ((0.0, 1.0),)
+
+
+class PointLoad(Part):
+    """Dead force (N) at (x, y), spread evenly over the line through the thickness there."""
+
+    kind: Literal["point"]
+    at: Interval
+    force: Vector
+    history: History = CONSTANT
+
+
+class EdgeLoad(Part):
+    """Dead force (N, total), spread evenly over the face of an edge."""
+
+    kind: Literal["edge"]
+    edge: Edge
+    force: Vector
+    history: History = CONSTANT
+
+
+class PatchLoad(Part):
+    """Dead force (N, total), spread evenly over the volume whose (x, y) lies in the region."""
+
+    kind: Literal["patch"]
+    region: Region
+    force: Vector
+    history: History = CONSTANT
+
+
+class Gravity(Part):
+    """Acceleration (m/s2) on all of the mass."""
+
+    kind: Literal["gravity"]
+    acceleration: Vector
+    history: History = CONSTANT
+
+
+Load = Annotated[PointLoad | EdgeLoad | PatchLoad | Gravity, Field(discriminator="kind")]
+
+
+class Initial(Part):
+    """Rigid initial velocity (m/s) of the undeformed plate at t = 0."""
+
+    velocity: Vector = (0.0, 0.0, 0.0)
+    angular_velocity: Vector = (0.0, 0.0, 0.0)
+
+
+class PointProbe(Part):
+    """Displacement at one point (x, y, z) of the reference shape."""
+
+    name: str
+    at: Vector
+
+
+class PatchProbe(Part):
+    """Mean displacement over the volume whose (x, y) lies in the region."""
+
+    name: str
+    region: Region
+
+
+Probe = Annotated[
+    Annotated[PointProbe, Tag("at")] | Annotated[PatchProbe, Tag("region")],
+    Discriminator(lambda value: "region" if _has(value, "region") else "at"),
+]
+
+
+def _has(value: Any, key: str) -> bool:
+    return key in value if isinstance(value, dict) else hasattr(value, key)
+
+
+class Analysis(Part):
+    """Dynamics over time, or statics where time is only the parameter of the load histories.
+
+    Output at t = 0, every, 2 every, ... until (s).
+    """
+
+    kind: Literal["dynamic", "static"]
+    until: Positive = 1.0
+    every: Positive = 1.0
+
+
+class AncfLevel(Part):
+    """One resolution of the ANCF solver.
+
+    mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
+    whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
+    time_step: seconds, or the increment of the load parameter in statics.
+    """
+
+    mesh: Annotated[tuple[Count, Count], Tuple]
+    points: Annotated[tuple[Count, Count, Count], Tuple] = (7, 7, 3)
+    integration: Literal["subdomain", "global"] = "subdomain"
+    element: Literal["conforming"] = "conforming"
+    integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
+    time_step: Positive
+    budget: Budget = "standard"
+
+
+class ReferenceLevel(Part):
+    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s)."""
+
+    size: Positive
+    integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
+    time_step: Positive
+    budget: Budget = "standard"
+
+
+Level = AncfLevel | ReferenceLevel
+
+
+def _inherit(ladder: Any) -> Any:
+    """Copy the keys stated beside `levels` into each level that does not state them itself."""
+    if not isinstance(ladder, dict) or not isinstance(ladder.get("levels"), (list, tuple)):
+        return ladder
+    common = {key: value for key, value in ladder.items() if key != "levels"}
+    levels = [{**common, **level} if isinstance(level, dict) else level for level in ladder["levels"]]
+    return {"levels": levels}
+
+
+Inherited = BeforeValidator(_inherit)
+
+
+class AncfLadder(Part):
+    """Levels of the ANCF solver; defaults stated beside them hold for every level."""
+
+    levels: tuple[AncfLevel, ...] = Field(min_length=1)
+
+
+class ReferenceLadder(Part):
+    """Levels of the reference solver; defaults stated beside them hold for every level."""
+
+    levels: tuple[ReferenceLevel, ...] = Field(min_length=1)
+
+
+class PublishedRow(Part):
+    """A printed value (m) for one ANCF mesh; `points` is the quadrature rule that row was found to use."""
+
+    mesh: Annotated[tuple[Count, Count], Tuple]
+    value: Number
+    cell: str
+    points: Annotated[tuple[Count, Count, Count], Tuple] | None = None
+
+
+class PublishedValue(Part):
+    """A printed converged value (m) and the cell it came from."""
+
+    value: Number
+    cell: str
+
+
+class Published(Part):
+    """Published heights (m) of the answer probe."""
+
+    source: str
+    rows: tuple[PublishedRow, ...] = ()
+    converged: PublishedValue | None = None
+
+
+class Variant(Part):
+    """The scene again with some keys set otherwise, to show how much an assumption matters."""
+
+    name: str
+    set: dict[str, Any]
+
+
+class Sensitivity(Part):
+    """Variants and the one level per solver at which they are compared with the scene itself."""
+
+    budget: Budget = "standard"
+    ancf: AncfLevel | None = None
+    reference: ReferenceLevel | None = None
+    variants: tuple[Variant, ...] = Field(min_length=1)
+
+
+class Scene(Part):
+    """The whole question. See the module's docstring for coordinates and units."""
+
+    schema_version: Literal[1] = SCHEMA
+    name: str
+    title: str
+    source: str = ""
+    assumed: tuple[str, ...] = ()
+    study: str = "scene"
+    companions: tuple[str, ...] = ()
+    surface: Surface
+    thickness: Positive
+    grooves: tuple[Band, ...] = ()
+    protrusions: tuple[Band, ...] = ()
+    material: Material
+    supports: tuple[Clamp, ...] = ()
+    loads: tuple[Load, ...] = ()
+    initial: Initial | None = None
+    probes: tuple[Probe, ...] = Field(min_length=1)
+    analysis: Analysis
+    ancf: Annotated[AncfLadder, Inherited] | None = None
+    reference: Annotated[ReferenceLadder, Inherited] | None = None
+    published: Published | None = None
+    sensitivity: Sensitivity | None = None
+
+    def ladder(self, solver: str, budget: str = "full") -> tuple[Level, ...]:
+        """Levels of `solver` ("ancf" or "reference") that the budget pays for."""
+        ladder = getattr(self, solver)
+        paid = BUDGETS[: BUDGETS.index(budget) + 1]
+        return () if ladder is None else tuple(level for level in ladder.levels if level.budget in paid)
+
+    def physics(self) -> dict[str, Any]:
+        """The scene as plain JSON values without what no solver reads: titles, ladders, published values."""
+        unread = {"title", "source", "assumed", "study", "companions", "ancf", "reference", "published", "sensitivity"}
+        return self.model_dump(mode="json", exclude=unread)
+
+    def override(self, changes: dict[str, Any], name: str | None = None) -> Scene:
+        """The scene with dotted keys set otherwise, for example {"grooves.0.depth": 0.02}; validated again.
+
+        Raises SceneError where a key does not exist or the changed scene is wrong.
+        """
+        data = self.model_dump(mode="json", exclude_defaults=True)
+        data = {**data, "name": name or self.name}
+        for key, value in changes.items():
+            _set(data, key, value)
+        return parse(data, name or self.name)
+
+
+def _set(data: Any, key: str, value: Any) -> None:
+    """Set a dotted key in nested dicts and lists; a value of None removes the key."""
+    *path, last = key.split(".")
+    try:
+        for step in path:
+            data = data[int(step)] if isinstance(data, list) else data[step]
+        if isinstance(data, list):
+            data[int(last)] = value
+        elif value is None:
+            data.pop(last, None)
+        else:
+            data[last] = value
+    except (KeyError, IndexError, TypeError, ValueError) as error:
+        raise SceneError([f"override {key} = {value!r}: the scene has no such key"]) from error
+
+
+def parse(data: dict[str, Any], origin: str) -> Scene:
+    """Scene from plain values; `origin` (a file's path) begins every problem of the SceneError it may raise."""
+    from compare.scene_checks import problems
+
+    try:
+        scene = Scene.model_validate(data)
+    except ValidationError as error:
+        raise SceneError([f"{origin}: {_describe(detail)}" for detail in error.errors()]) from error
+    found = [f"{origin}: {problem}" for problem in problems(scene)]
+    if found:
+        raise SceneError(found)
+    return scene
+
+
+def _describe(detail: dict[str, Any]) -> str:
+    """One pydantic error as "key = value: reason"."""
+    tags = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "at", "region"}
+    steps = [str(step) for step in detail["loc"]]
+    steps = [step for i, step in enumerate(steps) if not (step in tags and i in (1, 2) and i < len(steps) - 1)]
+    reason = {"extra_forbidden": "unknown key", "missing": "this key is missing"}.get(detail["type"], detail["msg"])
+    shown = "" if detail["type"] == "missing" else f" = {detail['input']!r}"
+    return f"{'.'.join(steps) or 'scene'}{shown}: {reason}"
+
+
+def load(scene: str | Path) -> Scene:
+    """Scene from a TOML file's path or a shipped scene's name. Raises SceneError."""
+    path = Path(scene)
+    if not path.suffix:
+        path = SHIPPED / f"{scene}.toml"
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        shown = ", ".join(names())
+        raise SceneError([f"{scene}: no such scene; give the path of a .toml file or one of: {shown}"]) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SceneError([f"{path}: not a TOML file: {error}"]) from error
+    return parse(data, str(path))
+
+
+def names() -> list[str]:
+    """Names of the shipped scenes."""
+    return sorted(path.stem for path in SHIPPED.glob("*.toml"))

@@ -1,0 +1,1 @@
+"""The independent reference: quadratic tetrahedra on the grooved solid, by gmsh and scikit-fem."""

@@ -1,0 +1,1 @@
+"""One file per exhibit: joins scene, solvers and comparison into a page."""

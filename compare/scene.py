@@ -16,7 +16,9 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
+
+from compare.scene_errors import SceneError, describe
 
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
@@ -24,21 +26,27 @@ SHIPPED = Path(__file__).parent / "scenes"
 
 Budget = Literal["quick", "standard", "full"]
 Edge = Literal["x0", "x1", "y0", "y1"]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
-Count = Annotated[int, Field(gt=0)]
-Tuple = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
-Interval = Annotated[tuple[Number, Number], Tuple]
-Region = Annotated[tuple[Interval, Interval], Tuple]
-Vector = Annotated[tuple[Number, Number, Number], Tuple]
 
 
-class SceneError(ValueError):
-    """A scene that cannot be computed; each problem names file, key, value and reason."""
+def _exactly(count: int, what: str) -> BeforeValidator:
+    """Refuses a list of another length by saying how many entries it needs."""
 
-    def __init__(self, problems: list[str]):
-        super().__init__("\n".join(problems))
-        self.problems = problems
+    def check(value: Any) -> Any:
+        if not isinstance(value, (list, tuple)) or len(value) != count:
+            raise ValueError(f"needs {count} {what}")
+        return tuple(value)
+
+    return BeforeValidator(check)
+
+
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]
+Count = Annotated[int, Field(strict=True, gt=0)]
+Pair = _exactly(2, "numbers")
+Triple = _exactly(3, "numbers")
+Interval = Annotated[tuple[Number, Number], Pair]
+Region = Annotated[tuple[Interval, Interval], _exactly(2, "intervals, [[x0, x1], [y0, y1]]")]
+Vector = Annotated[tuple[Number, Number, Number], Triple]
 
 
 class Part(BaseModel):
@@ -64,8 +72,8 @@ class NurbsPatch(Part):
     """NURBS mid-surface (paper Eq. 4): control_points[i][j] = (X, Y, Z) in metres."""
 
     kind: Literal["nurbs"]
-    degree: Annotated[tuple[Count, Count], Tuple]
-    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], Tuple]
+    degree: Annotated[tuple[Count, Count], Pair]
+    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], _exactly(2, "knot vectors")]
     control_points: tuple[tuple[Vector, ...], ...]
     weights: tuple[tuple[Positive, ...], ...] | None = None
 
@@ -82,11 +90,11 @@ class Profile(Part):
     """Cross-section of a band as a NURBS curve (paper Eq. 3) through (across, depth), metres.
 
     The across coordinates of the control points must not decrease; the first and the last one are
-    the edges of the band.
+    the edges of the band, at depth 0 (a vertical wall is part of the curve).
     """
 
     degree: Count
-    control_points: Annotated[tuple[Annotated[tuple[Number, Number], Tuple], ...], Tuple]
+    control_points: tuple[Interval, ...]
     knots: tuple[Number, ...]
     weights: tuple[Positive, ...] | None = None
 
@@ -96,7 +104,8 @@ class Band(Part):
 
     Either `across` (the two edges) and `depth` (metres, constant: a rectangular section), or
     `profile`. `extent` limits the band along its own direction; without it the band crosses the
-    whole plate. For a groove the depth is cut away; for a protrusion it is added.
+    whole plate. For a groove the depth is cut away; for a protrusion it is added. Where grooves of
+    one face cross, the deeper one counts.
     """
 
     name: str
@@ -138,7 +147,7 @@ class Clamp(Part):
     gradients: Literal["all", "tangential"] = "tangential"
 
 
-History = Annotated[tuple[Annotated[tuple[Number, Number], Tuple], ...], Tuple]
+History = tuple[Interval, ...]
 CONSTANT: History = ((0.0, 1.0),)
 
 
@@ -230,8 +239,8 @@ class AncfLevel(Part):
     time_step: seconds, or the increment of the load parameter in statics.
     """
 
-    mesh: Annotated[tuple[Count, Count], Tuple]
-    points: Annotated[tuple[Count, Count, Count], Tuple] = (7, 7, 3)
+    mesh: Annotated[tuple[Count, Count], Pair]
+    points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
     integration: Literal["subdomain", "global"] = "subdomain"
     element: Literal["conforming"] = "conforming"
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
@@ -278,10 +287,10 @@ class ReferenceLadder(Part):
 class PublishedRow(Part):
     """A printed value (m) for one ANCF mesh; `points` is the quadrature rule that row was found to use."""
 
-    mesh: Annotated[tuple[Count, Count], Tuple]
+    mesh: Annotated[tuple[Count, Count], Pair]
     value: Number
     cell: str
-    points: Annotated[tuple[Count, Count, Count], Tuple] | None = None
+    points: Annotated[tuple[Count, Count, Count], Triple] | None = None
 
 
 class PublishedValue(Part):
@@ -354,7 +363,8 @@ class Scene(Part):
     def override(self, changes: dict[str, Any], name: str | None = None) -> Scene:
         """The scene with dotted keys set otherwise, for example {"grooves.0.depth": 0.02}; validated again.
 
-        Raises SceneError where a key does not exist or the changed scene is wrong.
+        "ancf.time_step" sets a key in every level of a ladder. Raises SceneError
+        where a key does not exist or the changed scene is wrong.
         """
         data = self.model_dump(mode="json", exclude_defaults=True)
         data = {**data, "name": name or self.name}
@@ -371,6 +381,9 @@ def _set(data: Any, key: str, value: Any) -> None:
             data = data[int(step)] if isinstance(data, list) else data[step]
         if isinstance(data, list):
             data[int(last)] = value
+        elif isinstance(data.get("levels"), list) and last != "levels":
+            for level in data["levels"]:
+                level[last] = value
         elif value is None:
             data.pop(last, None)
         else:
@@ -386,21 +399,11 @@ def parse(data: dict[str, Any], origin: str) -> Scene:
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
-        raise SceneError([f"{origin}: {_describe(detail)}" for detail in error.errors()]) from error
+        raise SceneError([f"{origin}: {problem}" for problem in describe(error, data)]) from error
     found = [f"{origin}: {problem}" for problem in problems(scene)]
     if found:
         raise SceneError(found)
     return scene
-
-
-def _describe(detail: dict[str, Any]) -> str:
-    """One pydantic error as "key = value: reason"."""
-    tags = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "at", "region"}
-    steps = [str(step) for step in detail["loc"]]
-    steps = [step for i, step in enumerate(steps) if not (step in tags and i in (1, 2) and i < len(steps) - 1)]
-    reason = {"extra_forbidden": "unknown key", "missing": "this key is missing"}.get(detail["type"], detail["msg"])
-    shown = "" if detail["type"] == "missing" else f" = {detail['input']!r}"
-    return f"{'.'.join(steps) or 'scene'}{shown}: {reason}"
 
 
 def load(scene: str | Path) -> Scene:

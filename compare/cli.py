@@ -1,0 +1,304 @@
+"""The groovecheck command. It knows solvers and studies by name only and imports them when they are needed."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+import sys
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from compare.scene import Scene
+    from compare.study import Entry
+
+SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
+OUT = Path("reports/build")
+OK, REFUSED, WRONG = 0, 1, 2
+
+DESCRIPTION = """\
+How far a fast plate model can be trusted: plates with grooves by the absolute nodal
+coordinate formulation (ancf) and by quadratic tetrahedra on the same solid (reference),
+compared with each other and with published values.
+
+SCENE is the name of a shipped scene (groovecheck scenes) or the path of a TOML file.
+All quantities are SI: metres, seconds, newtons, pascals, kg/m3."""
+
+EXAMPLES = """\
+examples:
+  groovecheck scenes                             what is shipped
+  groovecheck explain cantilever                 what would be computed, unknowns, memory
+  groovecheck run cantilever --budget quick      solve, print the table, write the page
+  groovecheck run my_plate.toml --solver ancf    a scene of your own, one solver
+  groovecheck run cantilever --set thickness=0.06 --set grooves.0.depth=0.02
+  groovecheck table cantilever --format json > rows.json
+  groovecheck check cantilever                   compare with the accepted values
+  groovecheck accept cantilever --reason "exact rule for row 5"
+
+exit codes:
+  0  done
+  1  the gate refused, or a unit of the study failed (its row carries the reason)
+  2  wrong scene or wrong usage; nothing was computed"""
+
+
+class UsageError(ValueError):
+    """A command that cannot be carried out as given."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns its exit code. Errors of the user are one message on standard error."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.command(options)
+    except KeyboardInterrupt:
+        print("interrupted; finished results are kept and will be reused", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return REFUSED
+    except ValueError as error:
+        if not isinstance(error, _user_errors()):
+            raise
+        print(f"groovecheck: {error}", file=sys.stderr)
+        return WRONG
+
+
+def _user_errors() -> tuple[type[Exception], ...]:
+    from compare.gate import BaselineError
+    from compare.scene import SceneError
+
+    return UsageError, SceneError, BaselineError
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="groovecheck",
+        description=DESCRIPTION,
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+
+    run = _add(commands, "run", _run, "solve a scene, print its table, write its page and JSON")
+    _budget(run)
+    run.add_argument("--solver", choices=SOLVERS, help="only this solver (default: every one the scene has levels for)")
+    run.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="set a dotted key of SCENE, for example material.youngs_modulus=2.1e6 or grooves.0.depth=0.02; "
+        "a scene whose physics is changed so runs without its companions and its published values",
+    )
+    _working(run)
+
+    table = _add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
+    table.add_argument("--format", choices=("md", "csv", "json"), default="md", help="default: md")
+    _budget(table)
+    _working(table)
+
+    check = _add(commands, "check", _check, "compare a quick run with the accepted values; exit 1 names what moved")
+    _working(check)
+
+    accept = _add(commands, "accept", _accept, "make the values of a quick run the accepted ones")
+    accept.add_argument("--reason", metavar="TEXT", help="why they changed, kept with them (asked for on a terminal)")
+    _working(accept)
+
+    explain = _add(commands, "explain", _explain, "say what will be modelled, what is left out, unknowns and memory")
+    _budget(explain)
+
+    scenes = commands.add_parser("scenes", help="list the shipped scenes")
+    scenes.set_defaults(command=_scenes)
+    return parser
+
+
+def _add(commands: Any, name: str, command: Any, about: str) -> argparse.ArgumentParser:
+    parser = commands.add_parser(name, help=about, description=f"{about[0].upper()}{about[1:]}.")
+    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene or path of a .toml file")
+    parser.set_defaults(command=command)
+    return parser
+
+
+def _budget(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--budget",
+        choices=("quick", "standard", "full"),
+        default="standard",
+        help="which levels of the ladders to pay for (default: standard)",
+    )
+
+
+def _working(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--jobs", type=_count, default=2, metavar="N", help="processes at a time, one thread each (2)")
+    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help=f"folder of pages and results ({OUT})")
+    parser.add_argument("--fresh", action="store_true", help="solve everything again, reuse no earlier result")
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{value} is not a positive number")
+    return value
+
+
+def _run(options: argparse.Namespace) -> int:
+    scenes = _changed(_with_companions(options.scene), options.set)
+    solvers = {options.solver: SOLVERS[options.solver]} if options.solver else SOLVERS
+    entries, rows = _solved(scenes, options, options.budget, solvers)
+    _print_table(rows)
+    _say_failures(entries)
+    study = f"reports.{scenes[0].study}"
+    if importlib.util.find_spec(study) is None:
+        print(f"no page: {study} does not exist", file=sys.stderr)
+    else:
+        page = importlib.import_module(study).publish(scenes[0], entries, rows, options.out)
+        print(f"page: {page}")
+    return OK if all(entry.ok for entry in entries) else REFUSED
+
+
+def _table(options: argparse.Namespace) -> int:
+    entries, rows = _solved(_with_companions(options.scene), options, options.budget)
+    from compare.table import FORMATS
+
+    sys.stdout.write(FORMATS[options.format](rows))
+    _say_failures(entries)
+    return OK if all(entry.ok for entry in entries) else REFUSED
+
+
+def _check(options: argparse.Namespace) -> int:
+    from compare import gate
+
+    scenes = _with_companions(options.scene)
+    baseline = gate.read(_baseline(scenes[0]))
+    entries, rows = _solved(scenes, options, "quick")
+    verdict = gate.check(rows, baseline)
+    print("\n".join(gate.lines(verdict)))
+    _say_failures(entries)
+    if verdict.passed:
+        print(f"{scenes[0].name}: {len(verdict.margins)} rows pass the gate")
+        return OK
+    refused = [margin.row for margin in verdict.margins if margin.refused]
+    print(f"{scenes[0].name}: the gate refuses {len(refused)} rows: " + "; ".join(refused), file=sys.stderr)
+    return REFUSED
+
+
+def _accept(options: argparse.Namespace) -> int:
+    from compare import gate
+
+    scenes = _with_companions(options.scene)
+    reason = options.reason
+    if reason is None:
+        if not sys.stdin.isatty():
+            raise UsageError("accept needs --reason TEXT where nobody can be asked")
+        reason = input("reason for the new values: ")
+    if not reason.strip():
+        raise UsageError("accept needs a reason that says something")
+    path = _baseline(scenes[0])
+    _, rows = _solved(scenes, options, "quick")
+    if path.exists():
+        print("\n".join(gate.lines(gate.check(rows, gate.read(path)))))
+    gate.accept(rows, reason, scenes[0].name, path)
+    print(f"accepted {len(rows)} rows: {path}")
+    return OK
+
+
+def _explain(options: argparse.Namespace) -> int:
+    from compare.explain import explain
+
+    solvers = {name: module for name, module in SOLVERS.items() if importlib.util.find_spec(module)}
+    for scene in _with_companions(options.scene)[:1]:
+        print("\n".join(explain(scene, options.budget, solvers)))
+    return OK
+
+
+def _scenes(options: argparse.Namespace) -> int:
+    from compare.scene import SceneError, load, names
+
+    width = max(map(len, names()), default=0)
+    for name in names():
+        try:
+            print(f"{name:{width}}  {load(name).title}")
+        except SceneError as error:
+            print(f"{name:{width}}  wrong scene: {error.problems[0]}")
+    return OK
+
+
+def _with_companions(name: str) -> list[Scene]:
+    """The scene and its companions, which are shipped names or paths relative to the scene's file."""
+    from compare.scene import load
+
+    scene = load(name)
+    folder = Path(name).parent
+    return [scene, *(load(folder / other if other.endswith(".toml") else other) for other in scene.companions)]
+
+
+def _changed(scenes: list[Scene], settings: list[str]) -> list[Scene]:
+    """The scenes after --set: a scene whose physics changed is alone and has no published values."""
+    if not settings:
+        return scenes
+    stated = scenes[0]
+    changes = dict(_setting(text) for text in settings)
+    changed = stated.override(changes)
+    if changed.physics() == stated.physics():
+        return [changed, *scenes[1:]]
+    alone = {"companions": [], "study": "scene", "published": None, "sensitivity": None}
+    return [stated.override({**changes, **alone}, f"{stated.name}_set")]
+
+
+def _setting(text: str) -> tuple[str, Any]:
+    """("material.density", 1000.0) of "material.density=1000.0"; a value that is not TOML is a string."""
+    key, equals, value = text.partition("=")
+    if not equals or not key:
+        raise UsageError(f"--set {text}: write KEY=VALUE")
+    try:
+        return key, tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key, value
+
+
+def _solved(
+    scenes: list[Scene], options: argparse.Namespace, budget: str, solvers: dict[str, str] = SOLVERS
+) -> tuple[list[Entry], list[dict[str, Any]]]:
+    """Entries and rows of a study of the scenes, progress on standard error."""
+    for scene in scenes:
+        if not any(scene.ladder(solver, budget) for solver in solvers):
+            raise UsageError(f"{scene.name}: no level of {' or '.join(solvers)} within the budget {budget}")
+    from compare import progress, study, table
+
+    with progress.shown() as report:
+        folder = options.out / "results"
+        entries = study.run(scenes, solvers, budget, folder, options.jobs, report, reuse=not options.fresh)
+    fresh = len({entry.key for entry in entries if entry.fresh})
+    print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
+    return entries, table.rows(entries)
+
+
+def _print_table(rows: list[dict[str, Any]]) -> None:
+    from rich.console import Console
+
+    from compare.table import as_terminal
+
+    console = Console(width=max(Console().width, 130))
+    for drawn in as_terminal(rows):
+        console.print(drawn)
+
+
+def _say_failures(entries: list[Entry]) -> None:
+    from compare.study import label
+
+    for entry in entries:
+        if not entry.ok:
+            print(f"failed: {label(entry)}: {entry.status}\n{entry.message}".rstrip(), file=sys.stderr)
+
+
+def _baseline(scene: Scene) -> Path:
+    """Path of the accepted rows of a scene."""
+    folder = importlib.util.find_spec("reports").submodule_search_locations[0]
+    return Path(folder) / "baselines" / f"{scene.name}.json"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

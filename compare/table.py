@@ -1,0 +1,303 @@
+"""Entries of a study -> rows of the table, and what each judged number is judged against.
+
+A row is a dict with exactly the keys of KEYS; null (None) where a key does not apply.
+
+- element: "conforming" (the paper's plate element) or "P2 tetrahedron". rule: Gauss points per
+  subdomain as stated in the level, "3x3x2", with " global" behind it where grooves are ignored by
+  the rule; 7x7x3 is exact for this element and SVK. null for the reference, whose rule is its own.
+- groove: "none", or the names of grooves and protrusions joined by "+". load: kinds of the loads joined by "+".
+- mesh: "4x4" elements, or "h=0.1" metres. level: index in its series (see `series`). h: metres.
+- value: height z (m) of the answer probe, the scene's first, at the last output time.
+- paper: the printed height for that mesh, for the reference the printed converged one.
+- error_..._percent: 100 (value - against) / against, negative where the height is the smaller one;
+  reference: the finest successful reference level of the same scene.
+- order, sequence, extrapolated, gci_percent: of the series' levels up to that row (convergence.study).
+- wall_seconds: least of the runs. peak_mb: MiB of the whole process. status: "ok" or the failure's name.
+
+The rows hold the ladders only; the sensitivity variants of a scene are `sensitivity(entries)`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import TYPE_CHECKING, Any
+
+from compare.convergence import Convergence, study
+from compare.exact import Value, published
+from compare.scene import Level
+from compare.study import AS_STATED, Entry, level_name
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+KEYS = (
+    *("solver", "element", "rule", "groove", "load", "mesh", "level", "unknowns", "h", "value"),
+    *("paper", "error_paper_percent", "error_reference_percent", "order", "sequence", "extrapolated", "gci_percent"),
+    *("wall_seconds", "peak_mb", "newton_iterations", "status"),
+)
+
+Row = dict[str, Any]
+
+
+def rows(entries: list[Entry]) -> list[Row]:
+    """One row per ladder entry, in the order of the entries."""
+    ladder = in_ladders(entries)
+    found = convergences(ladder)
+    return [_row(entry, ladder, convergence) for entry, convergence in zip(ladder, found, strict=True)]
+
+
+def in_ladders(entries: list[Entry]) -> list[Entry]:
+    """The entries that rows stand for: those of the scenes as they are stated, level by level."""
+    return [entry for entry in entries if entry.variant is None]
+
+
+def series(entry: Entry) -> tuple[Any, ...]:
+    """What the levels of one convergence series share: scene, solver, element, rule, integrator, time step."""
+    return (entry.scene.name, entry.solver, *_kind(entry.level))
+
+
+def _kind(level: Level) -> tuple[Any, ...]:
+    return (element(level), rule(level), level.integrator, level.time_step)
+
+
+def convergences(entries: list[Entry]) -> list[Convergence]:
+    """For each entry what its series says up to it: every level that is not finer."""
+    groups: dict[tuple[Any, ...], list[Entry]] = {}
+    for entry in entries:
+        groups.setdefault(series(entry), []).append(entry)
+    return [_converged(entry, groups[series(entry)]) for entry in entries]
+
+
+def _converged(entry: Entry, group: list[Entry]) -> Convergence:
+    """Convergence of the levels of a series (in ladder order) up to an entry; refused behind a failed level."""
+    if not entry.ok:
+        return Convergence(None, refused=f"failed level: {entry.status}")
+    failed = [other for other in group[: group.index(entry)] if not other.ok]
+    if failed:
+        reason = ", ".join(f"{level_name(other.level)} {other.status}" for other in failed)
+        return Convergence(None, refused=f"failed level: {reason}", value=height(entry))
+    coarser = [other for other in group if other.ok and other.result.h >= entry.result.h]
+    h = [other.result.h for other in coarser]
+    if len(set(h)) < len(h):
+        return Convergence(None, refused="two levels of equal h", value=height(entry))
+    return study(h, [height(other) for other in coarser])
+
+
+def _row(entry: Entry, entries: list[Entry], found: Convergence) -> Row:
+    result, value = entry.result, height(entry)
+    paper, finest = paper_value(entry), finest_reference(entry, entries)
+    against = None if finest is None or finest is entry else height(finest)
+    row = {
+        "solver": entry.solver,
+        "element": element(entry.level),
+        "rule": rule(entry.level),
+        "groove": groove(entry),
+        "load": "+".join(dict.fromkeys(load.kind for load in entry.scene.loads)) or "none",
+        "mesh": level_name(entry.level),
+        "level": _index(entry),
+        "unknowns": result and result.unknowns,
+        "h": result and result.h,
+        "value": value,
+        "paper": paper and paper.value,
+        "error_paper_percent": percent(value, paper and paper.value),
+        "error_reference_percent": percent(value, against),
+        "order": found.order,
+        "sequence": found.sequence,
+        "extrapolated": found.extrapolated,
+        "gci_percent": found.gci_percent,
+        "wall_seconds": entry.wall_seconds,
+        "peak_mb": result and result.peak_mb,
+        "newton_iterations": result and result.newton_iterations,
+        "status": entry.status,
+    }
+    assert tuple(row) == KEYS
+    return row
+
+
+def judgements(entries: list[Entry]) -> list[dict[str, Any]]:
+    """For each row: scene, key of the result, and for each judged number what it is judged against.
+
+    "paper": {kind, source, cell, value, rule_agrees} or None; rule_agrees is whether the row's rule is
+    the one that the printed row was found to use. "reference": {kind, source, cell, value} or None.
+    "band_refused": why there is no GCI band, or None.
+    """
+    ladder = in_ladders(entries)
+    found = convergences(ladder)
+    return [_judgement(entry, ladder, convergence) for entry, convergence in zip(ladder, found, strict=True)]
+
+
+def _judgement(entry: Entry, entries: list[Entry], found: Convergence) -> dict[str, Any]:
+    paper, finest = paper_value(entry), finest_reference(entry, entries)
+    reference = None
+    if finest is not None and finest is not entry:
+        source = f"{finest.result.solver} {finest.result.version}, finest successful level"
+        reference = {"kind": "cross-code", "source": source, "cell": level_name(finest.level), "value": height(finest)}
+    return {
+        "scene": entry.scene.name,
+        "key": entry.key,
+        "paper": paper and {**described(paper), "rule_agrees": _rule_agrees(entry)},
+        "reference": reference,
+        "band_refused": found.refused,
+    }
+
+
+def described(value: Value) -> dict[str, Any]:
+    """A known value as plain JSON: kind, source, cell, value."""
+    return {"kind": value.kind, "source": value.source, "cell": value.cell, "value": value.value}
+
+
+def sensitivity(entries: list[Entry]) -> list[dict[str, Any]]:
+    """One dict per sensitivity variant: scene, variant, solver, mesh, rule, value (m), change_m,
+    change_percent against the unchanged scene at the same level, paper, error_paper_percent, status."""
+    stated = {(e.scene.name, e.solver): height(e) for e in entries if e.variant == AS_STATED}
+    found = []
+    for entry in entries:
+        if entry.variant is None:
+            continue
+        value, base, paper = height(entry), stated.get((entry.scene.name, entry.solver)), paper_value(entry)
+        found.append(
+            {
+                "scene": entry.scene.name,
+                "variant": entry.variant,
+                "solver": entry.solver,
+                "mesh": level_name(entry.level),
+                "rule": rule(entry.level),
+                "value": value,
+                "change_m": None if None in (value, base) else value - base,
+                "change_percent": percent(value, base),
+                "paper": paper and paper.value,
+                "error_paper_percent": percent(value, paper and paper.value),
+                "status": entry.status,
+            }
+        )
+    return found
+
+
+def element(level: Level) -> str:
+    """Name of the element of a level."""
+    return getattr(level, "element", "P2 tetrahedron")
+
+
+def rule(level: Level) -> str | None:
+    """Quadrature rule of a level, None where it states none."""
+    points = getattr(level, "points", None)
+    if points is None:
+        return None
+    return "x".join(map(str, points)) + (" global" if level.integration == "global" else "")
+
+
+def groove(entry: Entry) -> str:
+    """Names of the local geometry joined by "+", "none" without any."""
+    return "+".join(band.name for band in (*entry.scene.grooves, *entry.scene.protrusions)) or "none"
+
+
+def height(entry: Entry) -> float | None:
+    """z (m) of the answer probe, the scene's first, at the last output time; None unless the status is ok."""
+    if not entry.ok:
+        return None
+    return float(entry.result.position(entry.scene.probes[0].name)[-1, 2])
+
+
+def percent(value: float | None, against: float | None) -> float | None:
+    """100 (value - against) / against; None where either is missing or `against` is zero."""
+    return None if value is None or not against else 100 * (value - against) / against
+
+
+def paper_value(entry: Entry) -> Value | None:
+    """The printed height that an entry's row is judged against."""
+    mesh = getattr(entry.level, "mesh", None)
+    return next((value for value in published(entry.scene) if value.mesh == mesh), None)
+
+
+def finest_reference(entry: Entry, entries: list[Entry]) -> Entry | None:
+    """The finest successful reference entry of the same scene."""
+    same = [e for e in entries if e.solver == "reference" and e.scene.name == entry.scene.name and e.ok]
+    return min(same, key=lambda e: e.result.h, default=None)
+
+
+def _rule_agrees(entry: Entry) -> bool | None:
+    """Whether the level's points are those that the printed row was found to use; None where none were found."""
+    stated = entry.scene.published
+    found = next((r.points for r in stated.rows if r.mesh == getattr(entry.level, "mesh", None)), None)
+    return None if found is None else found == entry.level.points
+
+
+def _index(entry: Entry) -> int:
+    """Index of an entry's level in its series of the whole ladder, whatever the budget."""
+    same = [level for level in entry.scene.ladder(entry.solver) if _kind(level) == _kind(entry.level)]
+    return same.index(entry.level)
+
+
+def as_json(table: list[Row]) -> str:
+    """The rows as a JSON list."""
+    return json.dumps(table, indent=1, allow_nan=False)
+
+
+def as_csv(table: list[Row]) -> str:
+    """The rows as comma-separated values with a header line; null is an empty cell."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, KEYS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(table)
+    return text.getvalue()
+
+
+def as_markdown(table: list[Row]) -> str:
+    """The rows as a Markdown table with rounded numbers; null is a dash."""
+    lines = ["| " + " | ".join(KEYS) + " |", "|" + "---|" * len(KEYS)]
+    lines += ["| " + " | ".join(shown(key, row[key]).replace("|", "\\|") for key in KEYS) + " |" for row in table]
+    return "\n".join(lines) + "\n"
+
+
+FORMATS = {"md": as_markdown, "csv": as_csv, "json": as_json}
+DIGITS = {"h": ".4g", "value": ".5f", "paper": ".4f", "extrapolated": ".5f", "order": ".2f", "peak_mb": ".0f"}
+DIGITS |= {"error_paper_percent": "+.2f", "error_reference_percent": "+.2f", "gci_percent": ".2f"}
+DIGITS |= {"wall_seconds": ".2f"}
+
+
+def shown(key: str, value: Any) -> str:
+    """A cell for people."""
+    if value is None:
+        return "–"
+    return format(value, DIGITS[key]) if key in DIGITS else str(value)
+
+
+HEADINGS = {
+    "mesh": "mesh",
+    "rule": "rule",
+    "unknowns": "unknowns",
+    "value": "height m",
+    "paper": "paper m",
+    "error_paper_percent": "paper %",
+    "error_reference_percent": "reference %",
+    "order": "order",
+    "sequence": "sequence",
+    "extrapolated": "Richardson m",
+    "gci_percent": "GCI %",
+    "wall_seconds": "s",
+    "peak_mb": "MiB",
+    "status": "status",
+}
+
+
+def as_terminal(table: list[Row]) -> list[Table]:
+    """One rich table per solver, groove and load."""
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    groups: dict[tuple[str, ...], list[Row]] = {}
+    for row in table:
+        groups.setdefault((row["solver"], row["element"], row["groove"], row["load"]), []).append(row)
+    found = []
+    for (solver, element_name, groove_name, load), members in groups.items():
+        title = f"{solver} ({element_name}), groove: {groove_name}, load: {load}"
+        drawn = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1), pad_edge=False)
+        kept = [key for key in HEADINGS if any(row[key] is not None for row in members)]
+        for key in kept:
+            drawn.add_column(HEADINGS[key], justify="left" if key in ("sequence", "status") else "right")
+        for row in members:
+            drawn.add_row(*(shown(key, row[key]) for key in kept), style=None if row["status"] == "ok" else "red")
+        found.append(drawn)
+    return found

@@ -1,0 +1,108 @@
+"""One unit of a study in a process of its own: a crash, a leak or a thread count stays inside.
+
+The parent starts `python -m compare.worker` with the thread limits already in the environment,
+writes one pickled Task to its standard input and reads JSON lines from its standard output:
+{"fraction": 0.4} while it works, then {"done": true} or {"error": "...", "trace": "..."}.
+Whatever a solver prints goes to standard error instead.
+"""
+
+from __future__ import annotations
+
+import importlib
+import json
+import os
+import pickle
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import IO, Any
+
+CHEAP = 2.0  # s: below it a unit is repeated
+REPEATS = 3  # runs of a cheap unit, the least wall time is kept
+PERIOD = 0.1  # s between two reports of progress
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a worker is asked: kind "solve" (level, path) or "estimate" (levels of several scenes).
+
+    solver: dotted name of a module with solve(scene, level, progress) and estimate(scene, level).
+    questions: pairs (Scene, level). path: where the one Result of "solve" goes.
+    """
+
+    kind: str
+    solver: str
+    questions: tuple[tuple[Any, Any], ...]
+    path: Path | None = None
+
+
+def main() -> int:
+    """Do the task on standard input; exit status 0 done, 1 an exception was reported."""
+    lines = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
+    os.dup2(2, 1)
+    task = pickle.load(sys.stdin.buffer)
+    try:
+        module = importlib.import_module(task.solver)
+        if task.kind == "estimate":
+            found = [module.estimate(scene, level) for scene, level in task.questions]
+            _tell(lines, {"estimates": found})
+        else:
+            solve(module, task, lines)
+        _tell(lines, {"done": True})
+    except Exception as error:
+        _tell(lines, {"error": f"{type(error).__name__}: {error}", "trace": traceback.format_exc()})
+        return 1
+    return 0
+
+
+def solve(module: Any, task: Task, lines: IO[str]) -> None:
+    """Solve, up to REPEATS times when cheap, and save the Result with its least wall time.
+
+    Result.seconds becomes the least wall time (s) of the runs, facts["repeats"] their number, and
+    peak_mb the largest resident size of this process (MiB), interpreter and libraries included.
+    """
+    from compare.result import save
+
+    (scene, level), seconds = task.questions[0], []
+    while True:
+        begin = time.perf_counter()
+        result = module.solve(scene, level, progress=_reporter(lines))
+        seconds.append(time.perf_counter() - begin)
+        if seconds[0] >= CHEAP or len(seconds) == REPEATS:
+            break
+    facts = {**result.facts, "repeats": len(seconds)}
+    save(replace(result, seconds=min(seconds), facts=facts, peak_mb=peak_mb()), task.path)
+
+
+def peak_mb() -> float:
+    """Largest resident size of this process so far, MiB."""
+    import resource
+
+    unit = 2**20 if sys.platform == "darwin" else 2**10
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
+
+
+def _reporter(lines: IO[str]) -> Callable[..., None]:
+    """A progress callback: the fraction done, 0 to 1, told at most every PERIOD seconds."""
+    told = 0.0
+
+    def progress(fraction: float, *_: object) -> None:
+        nonlocal told
+        now = time.monotonic()
+        if now - told >= PERIOD:
+            told = now
+            _tell(lines, {"fraction": float(fraction)})
+
+    return progress
+
+
+def _tell(lines: IO[str], message: dict[str, Any]) -> None:
+    lines.write(json.dumps(message) + "\n")
+    lines.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,58 @@
+"""A solver with a known answer, for tests of everything around solvers: z of P = -0.5 - E/1e9 (1 + h^2)."""
+
+import os
+import signal
+
+import numpy as np
+
+from compare.result import Result
+
+
+def estimate(scene, level):
+    return {"unknowns": _unknowns(level), "elements": 1, "memory_mb": 1.0, "modelled": ["all"], "left_out": ["none"]}
+
+
+def solve(scene, level, progress=None):
+    _obey(os.environ.get("FAKE_SOLVER", ""), level)
+    if progress:
+        progress(0.5)
+    h = _h(level)
+    times = np.linspace(0, scene.analysis.until, 3)
+    value = -0.5 - scene.material.youngs_modulus / 1e9 * (1 + h * h)
+    displacement = np.zeros((3, len(scene.probes), 3))
+    displacement[:, :, 2] = (times / times[-1] * value)[:, None]
+    failed = os.environ.get("FAKE_SOLVER") == f"fail {h:g}"
+    return Result(
+        scene=scene.physics(),
+        solver="ancf" if hasattr(level, "mesh") else "reference",
+        version="0",
+        level=level.model_dump(mode="json"),
+        h=h,
+        unknowns=_unknowns(level),
+        times=times,
+        probes=tuple(probe.name for probe in scene.probes),
+        probe_position=np.array([getattr(probe, "at", (1.0, 1.0, 0.0)) for probe in scene.probes]),
+        displacement=displacement,
+        energies={},
+        status="newton_diverged" if failed else "ok",
+        newton_iterations=7,
+    )
+
+
+def _h(level):
+    return 1 / level.mesh[0] if hasattr(level, "mesh") else level.size
+
+
+def _unknowns(level):
+    return round(12 / _h(level) ** 2)
+
+
+def _obey(order, level):
+    """Misbehave as the environment asks: "raise 0.2", "kill 0.2", "slow 0.2" at the level with that h."""
+    what, _, h = order.partition(" ")
+    if h != f"{_h(level):g}":
+        return
+    if what == "raise":
+        raise ValueError("asked to raise")
+    if what == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)

@@ -2,12 +2,186 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 
-if TYPE_CHECKING:
-    from compare.scene import Scene
+from compare.scene import Level, Region, Scene, names
+from compare.scene_errors import SceneError
+from compare.scene_geometry import AXES, all_bands, band_problems, material_range, surface_problems
+
+WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
+ROUND_OFF = 1e-12  # of a length
 
 
 def problems(scene: Scene) -> Iterator[str]:
     """Problems of the scene, each as "key = value: reason"."""
-    yield from ()
+    yield from _repeated_names(scene)
+    surface = list(surface_problems(scene))
+    yield from surface
+    if not surface:
+        bands = list(band_problems(scene))
+        yield from bands
+        yield from _misplaced_loads(scene)
+        yield from _misplaced_probes(scene, with_bands=not bands)
+    for check in (_material, _supports, _histories, _initial, _times, _ladders, _published, _companions, _sensitivity):
+        yield from check(scene)
+
+
+def _repeated_names(scene: Scene) -> Iterator[str]:
+    bands = [(f"{key}.name", band.name) for key, band in all_bands(scene)]
+    probes = [(f"probes.{i}.name", probe.name) for i, probe in enumerate(scene.probes)]
+    for named in (bands, probes):
+        yield from _repeated(named, "this name is already taken by {first}")
+
+
+def _repeated(named: Iterable[tuple[str, object]], reason: str) -> Iterator[str]:
+    """Entries (key, value) whose value an earlier one has."""
+    seen = {}
+    for key, value in named:
+        if value in seen:
+            yield f"{key} = {_plain(value)}: {reason.format(first=seen[value])}"
+        seen.setdefault(value, key)
+
+
+def _misplaced_loads(scene: Scene) -> Iterator[str]:
+    for i, load in enumerate(scene.loads):
+        if load.kind == "point":
+            yield from _off_plate(scene, f"loads.{i}.at", load.at)
+        elif load.kind == "patch":
+            yield from _empty_region(scene, f"loads.{i}.region", load.region)
+
+
+def _misplaced_probes(scene: Scene, with_bands: bool) -> Iterator[str]:
+    for i, probe in enumerate(scene.probes):
+        if hasattr(probe, "region"):
+            yield from _empty_region(scene, f"probes.{i}.region", probe.region)
+            continue
+        off = list(_off_plate(scene, f"probes.{i}.at", probe.at))
+        yield from off
+        if not off and with_bands:
+            yield from _outside_material(scene, f"probes.{i}.at", probe.at)
+
+
+def _off_plate(scene: Scene, key: str, at: Sequence[float]) -> Iterator[str]:
+    for axis, (first, last) in enumerate(scene.surface.span):
+        slack = ROUND_OFF * (last - first)
+        if not first - slack <= at[axis] <= last + slack:
+            yield f"{key} = {_plain(at)}: off the plate, whose {AXES[axis]} runs from {first:g} to {last:g}"
+
+
+def _outside_material(scene: Scene, key: str, at: Sequence[float]) -> Iterator[str]:
+    low, high = material_range(scene, at[0], at[1])
+    slack = ROUND_OFF * scene.thickness
+    if not low - slack <= at[2] <= high + slack:
+        yield f"{key} = {_plain(at)}: outside the material, whose z runs from {low:g} to {high:g} m there"
+
+
+def _empty_region(scene: Scene, key: str, region: Region) -> Iterator[str]:
+    for axis, ((low, high), (first, last)) in enumerate(zip(region, scene.surface.span, strict=True)):
+        if not low < high:
+            yield f"{key}.{axis} = [{low:g}, {high:g}]: the first coordinate must be less than the second"
+        elif low >= last or high <= first:
+            plate = f"whose {AXES[axis]} runs from {first:g} to {last:g}"
+            yield f"{key}.{axis} = [{low:g}, {high:g}]: off the plate, {plate}"
+
+
+def _material(scene: Scene) -> Iterator[str]:
+    nu, key = scene.material.poissons_ratio, "material.poissons_ratio"
+    if nu == 0.5:
+        yield f"{key} = 0.5: an incompressible St. Venant-Kirchhoff solid is singular; state -1 < nu < 0.5"
+    elif not -1 < nu < 0.5:
+        yield f"{key} = {nu:g}: no stable elastic solid; state -1 < nu < 0.5"
+    if scene.material.density is None:
+        reasons = ["dynamics"] * (scene.analysis.kind == "dynamic")
+        reasons += ["gravity"] * any(load.kind == "gravity" for load in scene.loads)
+        if reasons:
+            yield f"material.density: this key is missing; {' and '.join(reasons)} cannot do without mass"
+
+
+def _supports(scene: Scene) -> Iterator[str]:
+    edges = [(f"supports.{i}.edge", support.edge) for i, support in enumerate(scene.supports)]
+    yield from _repeated(edges, "this edge is already clamped by {first}")
+    if scene.analysis.kind == "static" and not scene.supports:
+        yield "supports = []: statics without a support is singular; clamp an edge"
+
+
+def _histories(scene: Scene) -> Iterator[str]:
+    for i, load in enumerate(scene.loads):
+        times = [time for time, _ in load.history]
+        if not times:
+            yield f"loads.{i}.history = []: needs at least one pair of time and factor"
+        for j, (before, time) in enumerate(pairwise(times), start=1):
+            if time <= before:
+                yield f"loads.{i}.history.{j} = {_plain(load.history[j])}: its time must be later than {before:g}"
+
+
+def _initial(scene: Scene) -> Iterator[str]:
+    if scene.initial is not None and scene.analysis.kind == "static":
+        yield "initial: statics has no velocity; leave this out or state analysis.kind = 'dynamic'"
+
+
+def _times(scene: Scene) -> Iterator[str]:
+    until, every = scene.analysis.until, scene.analysis.every
+    if not _is_multiple(until, every):
+        yield f"analysis.until = {until:g}: not a whole multiple of analysis.every = {every:g}"
+    levels = {f"{solver}.levels.{i}": level for solver in ("ancf", "reference") for i, level in _levels(scene, solver)}
+    if scene.sensitivity is not None:
+        levels |= {"sensitivity.ancf": scene.sensitivity.ancf, "sensitivity.reference": scene.sensitivity.reference}
+    for key, level in levels.items():
+        if level is not None and not _is_multiple(every, level.time_step):
+            step = level.time_step
+            yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
+
+
+def _is_multiple(value: float, unit: float) -> bool:
+    ratio = value / unit
+    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
+
+
+def _levels(scene: Scene, solver: str) -> list[tuple[int, Level]]:
+    return list(enumerate(scene.ladder(solver)))
+
+
+def _ladders(scene: Scene) -> Iterator[str]:
+    if scene.ancf is None and scene.reference is None:
+        yield "ancf, reference: both ladders are missing; state the levels of at least one solver"
+    for solver in ("ancf", "reference"):
+        seen = {}
+        for i, level in _levels(scene, solver):
+            first = seen.setdefault(level.model_copy(update={"budget": "full"}), i)
+            if first != i:
+                yield f"{solver}.levels.{i}: repeats {solver}.levels.{first}"
+
+
+def _published(scene: Scene) -> Iterator[str]:
+    if scene.published is not None:
+        rows = [(f"published.rows.{i}.mesh", (row.mesh, row.points)) for i, row in enumerate(scene.published.rows)]
+        yield from _repeated(rows, "this mesh and points already have a value in {first}")
+
+
+def _companions(scene: Scene) -> Iterator[str]:
+    for i, companion in enumerate(scene.companions):
+        if companion not in names() and not companion.endswith(".toml"):
+            yield f"companions.{i} = {companion!r}: no such scene; shipped are {', '.join(names())}"
+
+
+def _sensitivity(scene: Scene) -> Iterator[str]:
+    """Each variant is tried, without the variants of its own."""
+    if scene.sensitivity is None:
+        return
+    if scene.sensitivity.ancf is None and scene.sensitivity.reference is None:
+        yield "sensitivity: state the level of at least one solver, ancf or reference"
+    variants = scene.sensitivity.variants
+    yield from _repeated(
+        ((f"sensitivity.variants.{i}.name", v.name) for i, v in enumerate(variants)), "repeats {first}"
+    )
+    alone = scene.model_copy(update={"sensitivity": None, "companions": ()})
+    for i, variant in enumerate(variants):
+        try:
+            alone.override(variant.set)
+        except SceneError as error:
+            yield from (f"sensitivity.variants.{i}.set: {problem}" for problem in error.problems)
+
+
+def _plain(value: object) -> str:
+    return repr(list(value) if isinstance(value, tuple) else value)

@@ -1,0 +1,213 @@
+"""What a scene's geometry may not say: mid-surface, bands, and whether a point lies in the material."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations, pairwise
+
+import numpy as np
+from scipy.interpolate import BSpline
+from scipy.optimize import brentq
+
+from compare.scene import Band, Interval, NurbsPatch, Profile, Scene
+
+SAMPLES = 513  # of each knot span of a profile
+LEAST_MATERIAL = 1e-6  # of the thickness, that a groove must leave; a sampled depth is this exact
+ROUND_OFF = 1e-12  # of a length
+AXES = ("x", "y")
+
+
+def surface_problems(scene: Scene) -> Iterator[str]:
+    """Problems of a NURBS mid-surface; a rectangle has none left."""
+    patch = scene.surface
+    if patch.kind != "nurbs":
+        return
+    rows = [len(row) for row in patch.control_points]
+    if not rows or len(set(rows)) > 1:
+        yield f"surface.control_points = rows of {rows} points: each row needs the same number of points"
+        return
+    for axis, count in enumerate((len(rows), rows[0])):
+        yield from _knot_problems(f"surface.knots.{axis}", patch.knots[axis], patch.degree[axis], count)
+    yield from _net_problems(patch, len(rows), rows[0])
+
+
+def _net_problems(patch: NurbsPatch, n: int, m: int) -> Iterator[str]:
+    if patch.weights is not None and [len(row) for row in patch.weights] != [m] * n:
+        shape = [len(row) for row in patch.weights]
+        yield f"surface.weights = rows of {shape} weights: the net of control points is {n} x {m}"
+
+
+def _knot_problems(key: str, knots: Sequence[float], degree: int, count: int) -> Iterator[str]:
+    """Problems of one knot vector of `count` control points."""
+    shown = f"{key} = {list(knots)}"
+    if count <= degree:
+        yield f"{shown}: degree {degree} needs at least {degree + 1} control points, there are {count}"
+    elif len(knots) != count + degree + 1:
+        yield f"{shown}: {count} control points of degree {degree} need {count + degree + 1} knots, not {len(knots)}"
+    elif any(b < a for a, b in pairwise(knots)):
+        yield f"{shown}: knots must not decrease"
+    elif knots[0] == knots[-1]:
+        yield f"{shown}: the first and the last knot must differ"
+    elif len(set(knots[: degree + 1])) > 1 or len(set(knots[-degree - 1 :])) > 1:
+        yield f"{shown}: the first and the last knot must each stand {degree + 1} times (degree + 1)"
+    elif max(knots[1:-1].count(knot) for knot in knots) > degree:
+        yield f"{shown}: an inner knot may stand {degree} times at most (degree), an end knot {degree + 1} times"
+
+
+def all_bands(scene: Scene) -> list[tuple[str, Band]]:
+    """Key and band of every groove and protrusion."""
+    kinds = ("grooves", "protrusions")
+    return [(f"{kind}.{i}", band) for kind in kinds for i, band in enumerate(getattr(scene, kind))]
+
+
+def band_problems(scene: Scene) -> Iterator[str]:
+    """Problems of grooves and protrusions, each alone and, where each is sound, in pairs."""
+    sound = []
+    for key, band in all_bands(scene):
+        found = list(_own_problems(scene, key, band))
+        yield from found
+        if not found:
+            sound.append((key, band))
+    for (key, band), (other_key, other) in combinations(sound, 2):
+        yield from _pair_problems(scene, key, band, other_key, other)
+
+
+def _own_problems(scene: Scene, key: str, band: Band) -> Iterator[str]:
+    if band.profile is not None and (band.across is not None or band.depth is not None):
+        yield f"{key}.profile: state either profile, or across and depth, not both"
+        return
+    if band.profile is None and (band.across is None or band.depth is None):
+        missing = "across" if band.across is None else "depth"
+        yield f"{key}.{missing}: this key is missing; a band needs across and depth, or profile"
+        return
+    found = [] if band.profile is None else list(_profile_problems(f"{key}.profile", band.profile))
+    yield from found
+    if found:
+        return
+    edges = f"{key}.across" if band.profile is None else f"{key}.profile.control_points"
+    yield from _interval_problems(edges, band.edges, scene, 1 - AXES.index(band.along))
+    if band.extent is not None:
+        yield from _interval_problems(f"{key}.extent", band.extent, scene, AXES.index(band.along))
+    deepest = float(_section(band)[1].max())
+    if key.startswith("grooves") and scene.thickness - deepest < LEAST_MATERIAL * scene.thickness:
+        depth = f"{key}.depth = {band.depth!r}" if band.profile is None else f"{key}.profile = {deepest:.6g} m deep"
+        yield f"{depth}: the groove is as deep as the plate ({scene.thickness:g} m) or deeper"
+
+
+def _interval_problems(key: str, interval: Interval, scene: Scene, axis: int) -> Iterator[str]:
+    """Problems of the range that a band covers on one axis of the plate."""
+    (low, high), (first, last) = interval, scene.surface.span[axis]
+    slack = ROUND_OFF * (last - first)
+    if not low < high:
+        yield f"{key} = {list(interval)}: the first coordinate must be less than the second"
+    elif low < first - slack or high > last + slack:
+        yield f"{key} = {list(interval)}: off the plate, whose {AXES[axis]} runs from {first:g} to {last:g}"
+
+
+def _profile_problems(key: str, profile: Profile) -> Iterator[str]:
+    points = profile.control_points
+    yield from _knot_problems(f"{key}.knots", profile.knots, profile.degree, len(points))
+    if profile.weights is not None and len(profile.weights) != len(points):
+        yield f"{key}.weights = {list(profile.weights)}: {len(points)} control points need as many weights"
+    for i, (before, point) in enumerate(pairwise(points), start=1):
+        if point[0] < before[0]:
+            yield f"{key}.control_points.{i} = {list(point)}: the coordinate across must not decrease"
+    for i in (0, len(points) - 1) if points else ():
+        if points[i][1] != 0:
+            yield f"{key}.control_points.{i} = {list(points[i])}: a profile begins and ends on the face, at depth 0"
+    for i, point in enumerate(points):
+        if point[1] < 0:
+            yield f"{key}.control_points.{i} = {list(point)}: a depth must not be negative"
+
+
+def _pair_problems(scene: Scene, key: str, band: Band, other_key: str, other: Band) -> Iterator[str]:
+    """Problems of two bands that lie over each other."""
+    common = [_common(_limits(scene, band, axis), _limits(scene, other, axis)) for axis in (0, 1)]
+    spans = zip(common, scene.surface.span, strict=True)
+    if any(high - low <= ROUND_OFF * (last - first) for (low, high), (first, last) in spans):
+        return
+    place = f"{other_key} overlaps {key} ({band.name!r})"
+    grooves = key.startswith("grooves"), other_key.startswith("grooves")
+    if band.face == other.face and grooves[0] != grooves[1]:
+        yield f"{place}: a groove and a protrusion on the same place of one face are not modelled; state one profile"
+    elif band.face == other.face and (band.profile is not None or other.profile is not None):
+        yield f"{place}: only rectangular sections may overlap on one face; state one profile"
+    elif band.face != other.face and all(grooves):
+        together = _deepest_together(band, other, common)
+        if scene.thickness - together < LEAST_MATERIAL * scene.thickness:
+            yield f"{place} on the other face: together {together:.6g} m deep in a plate of {scene.thickness:g} m"
+
+
+def _deepest_together(band: Band, other: Band, common: list[Interval]) -> float:
+    """Greatest sum of two depths where two bands lie over each other."""
+    if band.along != other.along:
+        return sum(_depths(b, common[1 - AXES.index(b.along)])[1].max() for b in (band, other))
+    interval = common[1 - AXES.index(band.along)]
+    (y, depth), (other_y, other_depth) = _depths(band, interval), _depths(other, interval)
+    here, there = depth + np.interp(y, other_y, other_depth), other_depth + np.interp(other_y, y, depth)
+    return float(max(here.max(), there.max()))
+
+
+def _depths(band: Band, interval: Interval) -> tuple[np.ndarray, np.ndarray]:
+    """The section within an interval, its ends included."""
+    y, depth = _section(band)
+    inside = (y > interval[0]) & (y < interval[1])
+    ends = np.interp(interval, y, depth)
+    return np.array([interval[0], *y[inside], interval[1]]), np.array([ends[0], *depth[inside], ends[1]])
+
+
+def material_range(scene: Scene, x: float, y: float) -> Interval:
+    """z_min and z_max (m) of the material at (x, y); the walls of a groove belong to the material."""
+    faces = {"bottom": 0.0, "top": 0.0}
+    for kind, sign in (("protrusions", 1), ("grooves", -1)):
+        for face in faces:
+            bands = [band for band in getattr(scene, kind) if band.face == face]
+            depth = max((_depth_at(scene, band, (x, y)) for band in bands), default=0.0)
+            faces[face] += sign * depth
+    half = scene.thickness / 2
+    return -half - faces["bottom"], half + faces["top"]
+
+
+def _depth_at(scene: Scene, band: Band, at: Interval) -> float:
+    for axis in (0, 1):
+        low, high = _limits(scene, band, axis)
+        first, last = scene.surface.span[axis]
+        open_low, open_high = low > first, high < last  # a band that leaves the plate covers the plate's edge too
+        if at[axis] < low or at[axis] > high or (open_low and at[axis] == low) or (open_high and at[axis] == high):
+            return 0.0
+    if band.profile is None:
+        return band.depth
+    low, high = band.edges
+    inset = ROUND_OFF * (high - low)  # a wall at the plate's edge is passed
+    across = min(max(at[1 - AXES.index(band.along)], low + inset), high - inset)
+    ends = band.profile.knots[0], band.profile.knots[-1]
+    u = brentq(lambda u: _profile_points(band.profile, u)[0] - across, *ends, xtol=1e-15)
+    return float(_profile_points(band.profile, u)[1])
+
+
+def _limits(scene: Scene, band: Band, axis: int) -> Interval:
+    if axis != AXES.index(band.along):
+        return band.edges
+    return band.extent or scene.surface.span[axis]
+
+
+def _common(first: Interval, second: Interval) -> Interval:
+    return max(first[0], second[0]), min(first[1], second[1])
+
+
+def _section(band: Band) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates across a band and the depth (m) there: samples that include every knot."""
+    if band.profile is None:
+        return np.array(band.edges), np.array([band.depth, band.depth])
+    breaks = np.unique(band.profile.knots)
+    u = np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(breaks)])
+    return tuple(_profile_points(band.profile, u).T)
+
+
+def _profile_points(profile: Profile, u: float | np.ndarray) -> np.ndarray:
+    """Points (across, depth) of a profile at u (...): (..., 2), paper Eq. (3)."""
+    points = np.array(profile.control_points)
+    weights = np.ones(len(points)) if profile.weights is None else np.array(profile.weights)
+    spline = BSpline(profile.knots, np.column_stack([points * weights[:, None], weights]), profile.degree)
+    values = spline(u)
+    return values[..., :2] / values[..., 2:]

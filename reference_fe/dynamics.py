@@ -1,0 +1,122 @@
+"""Implicit time integration of M a + f(u) = p(t): trapezoidal Newmark and generalized-alpha.
+
+Newmark: u_{n+1} = u_n + h v_n + h² ((1/2 - beta) a_n + beta a_{n+1}), v likewise with gamma.
+Balance: (1 - alpha_m) M a_{n+1} + alpha_m M a_n + (1 - alpha_f) (f - p)_{n+1} + alpha_f (f - p)_n = 0
+(Chung, Hulbert 1993). All alphas zero with beta = 1/4, gamma = 1/2 is the trapezoidal rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reference_fe.newton import Equation, Memory, NewtonFailure, solve
+from reference_fe.system import System
+
+HALVINGS = 6
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """Parameters of the generalized-alpha family. Second order for all that `generalized_alpha` makes."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+    order: int = 2
+
+
+TRAPEZOIDAL = Scheme(0.0, 0.0, 0.25, 0.5)
+
+
+def generalized_alpha(spectral_radius: float = 0.8) -> Scheme:
+    """Chung and Hulbert's scheme of this spectral radius at infinite frequency (1 none, 0 full damping)."""
+    alpha_m = (2 * spectral_radius - 1) / (spectral_radius + 1)
+    alpha_f = spectral_radius / (spectral_radius + 1)
+    return Scheme(alpha_m, alpha_f, (1 - alpha_m + alpha_f) ** 2 / 4, 0.5 - alpha_m + alpha_f)
+
+
+@dataclass(frozen=True)
+class State:
+    """Motion at one time: u, v, a (f, 3) of the free nodes; force (f, 3) = internal minus applied; energies (J)."""
+
+    time: float
+    u: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    force: np.ndarray
+    kinetic: float
+    strain: float
+    external: float
+
+
+def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
+    """State at rest position with the velocity (f, 3) in m/s; its acceleration satisfies the balance."""
+    u = np.zeros_like(velocity)
+    internal, strain = system.internal(u)
+    force = internal - system.applied(time)
+    a = -system.solve_mass(force) if np.any(force) else np.zeros_like(u)
+    kinetic = 0.5 * float(np.sum(velocity * (system.mass @ velocity)))
+    return State(time, u, velocity, a, force, kinetic, strain, 0.0)
+
+
+def advance(
+    system: System, scheme: Scheme, state: State, until: float, step: float, memory: Memory
+) -> tuple[State, int]:
+    """State at `until` by equal steps no longer than `step` (s), and how many were made.
+
+    A step that finds no equilibrium is halved, HALVINGS times at most. Raises NewtonFailure.
+    """
+    count = max(1, int(np.ceil((until - state.time) / step - 1e-9)))
+    start, made = state.time, 0
+    for k in range(count):
+        state, more = _step(system, scheme, state, start + (until - start) * (k + 1) / count, memory, HALVINGS)
+        made += more
+    return state, made
+
+
+def _step(
+    system: System, scheme: Scheme, state: State, until: float, memory: Memory, halvings: int
+) -> tuple[State, int]:
+    """One step to `until`, in halves where it fails."""
+    try:
+        return step(system, scheme, state, until, memory), 1
+    except NewtonFailure:
+        if halvings == 0:
+            raise
+    middle = (state.time + until) / 2
+    state, first = _step(system, scheme, state, middle, memory, halvings - 1)
+    state, second = _step(system, scheme, state, until, memory, halvings - 1)
+    memory.forget()
+    return state, first + second
+
+
+def step(system: System, scheme: Scheme, state: State, until: float, memory: Memory) -> State:
+    """One step of the scheme to the time `until`. Raises NewtonFailure."""
+    h = until - state.time
+    alpha_m, alpha_f, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
+    applied = system.applied(until)
+    predicted = state.u + h * state.v + h**2 * (0.5 - beta) * state.a
+    known = alpha_m * (system.mass @ state.a) + alpha_f * state.force
+    latest = {}
+
+    def residual(unknowns: np.ndarray) -> np.ndarray:
+        u = unknowns.reshape(-1, 3)
+        internal, strain = system.internal(u)
+        a = (u - predicted) / (beta * h**2)
+        latest.update(u=u, a=a, force=internal - applied, strain=strain)
+        return ((1 - alpha_m) * (system.mass @ a) + (1 - alpha_f) * latest["force"] + known).ravel()
+
+    def tangent(unknowns: np.ndarray) -> np.ndarray:
+        return system.tangent(unknowns.reshape(-1, 3), 1 - alpha_f, (1 - alpha_m) / (beta * h**2))
+
+    guess = state.u + h * state.v + 0.5 * h**2 * state.a
+    solve(Equation(residual, tangent, system.scale), guess.ravel(), memory)
+    v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])
+    kinetic = 0.5 * float(np.sum(v * (system.mass @ v)))
+    mean = (system.applied(state.time) + applied) / 2
+    external = state.external + float(np.sum(mean * (latest["u"] - state.u)))
+    return State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external)

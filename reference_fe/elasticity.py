@@ -1,0 +1,286 @@
+"""Total-Lagrangian St. Venant-Kirchhoff elasticity on quadratic tetrahedra.
+
+With H = du/dX, F = I + H, E = (H + Hᵀ + HᵀH) / 2 and S = lambda tr(E) I + 2 mu E, the energy density
+is S : E / 2, the internal force of node a is ∫ F S g_a dV and the tangent of nodes a, b is
+
+    ∫ (g_a · S g_b) I + lambda f_a f_bᵀ + mu f_b f_aᵀ + mu (g_a · g_b) F Fᵀ dV,   f_a = F g_a,
+
+g_a being the gradient of shape function a (Belytschko, Liu, Moran, Nonlinear Finite Elements,
+sections 4.9 and 6.4). On straight tetrahedra every integrand is of degree 4 at most.
+
+The plain twin is written as scikit-fem forms (`forces_by_forms`, `tangent_by_forms`); the hot path
+is a compiled loop over the same tabulated gradients that adds straight into a fixed pattern.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from scipy.sparse import csr_matrix, triu
+from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, LinearForm
+from skfem.helpers import ddot, eye, grad, identity, mul, trace, transpose
+
+from reference_fe.mesh import Solid
+
+EXACT = 5  # degree of the 14-point rule: the least one without negative weights that reaches degree 4
+
+
+@dataclass(frozen=True)
+class Lame:
+    """Lamé constants lambda and mu (Pa)."""
+
+    lam: float
+    mu: float
+
+
+def lame(youngs_modulus: float, poissons_ratio: float) -> Lame:
+    """Lamé constants of Young's modulus (Pa) and Poisson's ratio."""
+    mu = youngs_modulus / (2 * (1 + poissons_ratio))
+    return Lame(2 * mu * poissons_ratio / (1 - 2 * poissons_ratio), mu)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Shape gradients at the quadrature points of every element.
+
+    nodes (e, 10); gradient (e, q, 10, 3) in 1/m; weight (e, q) in m3.
+    """
+
+    nodes: np.ndarray
+    gradient: np.ndarray
+    weight: np.ndarray
+
+
+def tabulate(solid: Solid, degree: int) -> Table:
+    """Table of a rule that is exact to `degree` on straight tetrahedra."""
+    basis = Basis(solid.mesh, ElementTetP2(), intorder=degree)
+    gradient = np.array([shape[0].grad for shape in basis.basis])
+    nodes = np.ascontiguousarray(basis.element_dofs.T.astype(np.int64))
+    return Table(nodes, np.ascontiguousarray(gradient.transpose(2, 3, 0, 1)), np.ascontiguousarray(basis.dx))
+
+
+def scalar_mass(solid: Solid, density: float) -> csr_matrix:
+    """Consistent mass of one component (n, n) in kg; degree 8 also integrates curved tetrahedra well."""
+    basis = Basis(solid.mesh, ElementTetP2(), intorder=4 if solid.flat else 8)
+    return BilinearForm(lambda u, v, w: density * u * v).assemble(basis).tocsr()
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """Upper triangle of the free unknowns in CSR form, 3 unknowns per free node, by node pairs.
+
+    number (n,): number of each node among the free ones, -1 if held; free (f,) the other way round.
+    start (f + 1,), column: upper triangle of node pairs in CSR form; indptr (3 f + 1,), indices: of unknowns.
+    slot (e, 10, 10): place of node b among the upper neighbours of node a (0 = a itself), -1 where the
+    pair lies below the diagonal or a node is held.
+    """
+
+    number: np.ndarray
+    free: np.ndarray
+    start: np.ndarray
+    column: np.ndarray
+    indptr: np.ndarray
+    indices: np.ndarray
+    slot: np.ndarray
+
+
+def pattern(nodes: np.ndarray, held: np.ndarray) -> Pattern:
+    """Pattern of the mesh's tangent: nodes (e, 10) and held (n,) whether each node is fixed."""
+    number = np.where(held, -1, np.cumsum(~held) - 1)
+    count = int((~held).sum())
+    local = number[nodes]
+    first = np.repeat(local[:, :, None], nodes.shape[1], axis=2)
+    second = np.repeat(local[:, None, :], nodes.shape[1], axis=1)
+    upper = (first >= 0) & (second >= first)
+    keys, inverse = np.unique(first[upper] * count + second[upper], return_inverse=True)
+    row, column = np.divmod(keys, count)
+    start = np.searchsorted(row, np.arange(count + 1))
+    slot = np.full(first.shape, -1, dtype=np.int32)
+    slot[upper] = inverse - start[first[upper]]
+    indptr, indices = _expand(start, column)
+    return Pattern(number, np.flatnonzero(~held), start, column, indptr, indices, slot)
+
+
+def _expand(start: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Scalar CSR upper triangle of a block pattern with 3 x 3 blocks (first block of a row its diagonal)."""
+    blocks = np.diff(start)
+    length = (3 * blocks[:, None] - np.arange(3)).ravel()
+    indptr = np.concatenate([[0], np.cumsum(length)])
+    indices = np.empty(indptr[-1], dtype=np.int64)
+    for c in range(3):
+        for d in range(3):
+            keep = np.ones(column.size, dtype=bool)
+            if d < c:
+                keep[start[:-1]] = False
+            row = np.repeat(np.arange(blocks.size), blocks)[keep]
+            k = (np.arange(column.size) - np.repeat(start[:-1], blocks))[keep]
+            indices[indptr[3 * row + c] + 3 * k + d - c] = 3 * column[keep] + d
+    return indptr, indices
+
+
+def internal_force(table: Table, material: Lame, displacement: np.ndarray) -> tuple[np.ndarray, float]:
+    """Internal force (n, 3) in N and strain energy (J) at the displacement (n, 3) in m."""
+    force = np.zeros_like(displacement)
+    energy = _force(table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, force)
+    return force, energy
+
+
+def tangent(
+    table: Table, material: Lame, where: Pattern, displacement: np.ndarray, values: np.ndarray, factor: float = 1.0
+) -> np.ndarray:
+    """Add `factor` times the tangent (N/m) at the displacement (n, 3) to the upper-triangle values (nnz,)."""
+    _tangent(
+        table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, factor,
+        where.number, where.indptr, where.slot, values,
+    )  # fmt: skip
+    return values
+
+
+def mass_values(mass: csr_matrix, where: Pattern) -> np.ndarray:
+    """The scalar mass (f, f) of the free nodes on the three components, as upper-triangle values (nnz,)."""
+    upper = triu(mass, format="coo")
+    count = where.free.size
+    keys = np.repeat(np.arange(count), np.diff(where.start)) * count + where.column
+    row = upper.row.astype(np.int64)
+    k = np.searchsorted(keys, row * count + upper.col) - where.start[row]
+    values = np.zeros(where.indices.size)
+    for c in range(3):
+        values[where.indptr[3 * row + c] + 3 * k] = upper.data
+    return values
+
+
+@njit(cache=True)
+def _stress(gradient, lam, mu, u, F, S):
+    """Fill F and S (3, 3) at one point: gradient (10, 3), u (10, 3); returns the energy density."""
+    for i in range(3):
+        for p in range(3):
+            total = 0.0
+            for a in range(gradient.shape[0]):
+                total += u[a, i] * gradient[a, p]
+            F[i, p] = total
+    strain = 0.0
+    for p in range(3):
+        for r in range(p, 3):
+            product = F[0, p] * F[0, r] + F[1, p] * F[1, r] + F[2, p] * F[2, r]
+            S[p, r] = 0.5 * (F[p, r] + F[r, p] + product)
+    volumetric = S[0, 0] + S[1, 1] + S[2, 2]
+    for p in range(3):
+        for r in range(p, 3):
+            strain += (1.0 if p == r else 2.0) * S[p, r] * S[p, r]
+            S[p, r] = 2.0 * mu * S[p, r] + (lam * volumetric if p == r else 0.0)
+            S[r, p] = S[p, r]
+    for i in range(3):
+        F[i, i] += 1.0
+    return 0.5 * lam * volumetric * volumetric + mu * strain
+
+
+@njit(cache=True)
+def _force(nodes, gradient, weight, lam, mu, displacement, force):
+    """Add the internal force to `force` (n, 3); returns the strain energy."""
+    F, S, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    u, f = np.empty((10, 3)), np.empty((10, 3))
+    energy = 0.0
+    for e in range(nodes.shape[0]):
+        for a in range(10):
+            for i in range(3):
+                u[a, i] = displacement[nodes[e, a], i]
+                f[a, i] = 0.0
+        for q in range(weight.shape[1]):
+            energy += weight[e, q] * _stress(gradient[e, q], lam, mu, u, F, S)
+            for i in range(3):
+                for p in range(3):
+                    P[i, p] = weight[e, q] * (F[i, 0] * S[0, p] + F[i, 1] * S[1, p] + F[i, 2] * S[2, p])
+            for a in range(10):
+                g0, g1, g2 = gradient[e, q, a, 0], gradient[e, q, a, 1], gradient[e, q, a, 2]
+                for i in range(3):
+                    f[a, i] += P[i, 0] * g0 + P[i, 1] * g1 + P[i, 2] * g2
+        for a in range(10):
+            for i in range(3):
+                force[nodes[e, a], i] += f[a, i]
+    return energy
+
+
+@njit(cache=True)
+def _tangent(nodes, gradient, weight, lam, mu, displacement, factor, number, indptr, slot, values):
+    """Add factor x tangent to the upper-triangle CSR values."""
+    F, S, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    u, f, s = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))
+    K = np.empty((10, 10, 3, 3))
+    for e in range(nodes.shape[0]):
+        for a in range(10):
+            for i in range(3):
+                u[a, i] = displacement[nodes[e, a], i]
+        K[:] = 0.0
+        for q in range(weight.shape[1]):
+            g = gradient[e, q]
+            w = factor * weight[e, q]
+            _stress(g, lam, mu, u, F, S)
+            for i in range(3):
+                for j in range(3):
+                    b[i, j] = w * mu * (F[i, 0] * F[j, 0] + F[i, 1] * F[j, 1] + F[i, 2] * F[j, 2])
+            for a in range(10):
+                for i in range(3):
+                    f[a, i] = F[i, 0] * g[a, 0] + F[i, 1] * g[a, 1] + F[i, 2] * g[a, 2]
+                    s[a, i] = w * (S[i, 0] * g[a, 0] + S[i, 1] * g[a, 1] + S[i, 2] * g[a, 2])
+            for a in range(10):
+                for c in range(a, 10):
+                    geometric = s[a, 0] * g[c, 0] + s[a, 1] * g[c, 1] + s[a, 2] * g[c, 2]
+                    shear = g[a, 0] * g[c, 0] + g[a, 1] * g[c, 1] + g[a, 2] * g[c, 2]
+                    for i in range(3):
+                        for j in range(3):
+                            K[a, c, i, j] += w * (lam * f[a, i] * f[c, j] + mu * f[c, i] * f[a, j]) + shear * b[i, j]
+                        K[a, c, i, i] += geometric
+        for a in range(10):
+            for c in range(a, 10):
+                if slot[e, a, c] >= 0:
+                    _scatter(K[a, c], False, number[nodes[e, a]], slot[e, a, c], indptr, values)
+                elif slot[e, c, a] >= 0:
+                    _scatter(K[a, c], True, number[nodes[e, c]], slot[e, c, a], indptr, values)
+
+
+@njit(cache=True)
+def _scatter(block, transposed, row, k, indptr, values):
+    """Add a 3 x 3 block to the k-th block of a block row; of the diagonal block only its upper triangle."""
+    for i in range(3):
+        start = indptr[3 * row + i] + 3 * k - i
+        for j in range(i if k == 0 else 0, 3):
+            values[start + j] += block[j, i] if transposed else block[i, j]
+
+
+def vector_basis(solid: Solid, degree: int) -> Basis:
+    """scikit-fem's vector basis of the mesh, for the plain twin."""
+    return Basis(solid.mesh, ElementVector(ElementTetP2()), intorder=degree)
+
+
+def forces_by_forms(basis: Basis, material: Lame, displacement: np.ndarray) -> np.ndarray:
+    """The internal force (3 n,) again, as a scikit-fem form."""
+
+    @LinearForm
+    def force(v, w):
+        F, S = _kinematics(w["u"], material)
+        return ddot(mul(F, S), grad(v))
+
+    return force.assemble(basis, u=basis.interpolate(displacement.ravel()))
+
+
+def tangent_by_forms(basis: Basis, material: Lame, displacement: np.ndarray) -> csr_matrix:
+    """The tangent (3 n, 3 n) again, as a scikit-fem form."""
+
+    @BilinearForm
+    def stiffness(u, v, w):
+        F, S = _kinematics(w["u"], material)
+        dE = 0.5 * (mul(transpose(F), grad(u)) + mul(transpose(grad(u)), F))
+        dS = material.lam * eye(trace(dE), 3) + 2 * material.mu * dE
+        return ddot(mul(grad(u), S) + mul(F, dS), grad(v))
+
+    return stiffness.assemble(basis, u=basis.interpolate(displacement.ravel()))
+
+
+def _kinematics(u, material: Lame):
+    """F and S of a displacement field, in scikit-fem's notation."""
+    H = grad(u)
+    F = H + identity(H)
+    E = 0.5 * (H + transpose(H) + mul(transpose(H), H))
+    return F, material.lam * eye(trace(E), 3) + 2 * material.mu * E

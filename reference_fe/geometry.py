@@ -1,0 +1,171 @@
+"""The grooved solid, built by gmsh's OCC kernel in the box of reference coordinates.
+
+The box has the axes (x, y, z) of the plate, x and y scaled to metres where the mid-surface is a
+NURBS patch. Grooves are cut from it, protrusions fused to it, load and probe regions and
+through-thickness lines imprinted, so that whole tetrahedra fill each region and whole edges each
+line. gmsh is imported only when a session begins.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+Interval = tuple[float, float]
+
+
+class MeshError(RuntimeError):
+    """A solid or mesh that cannot be built; `status` is its short name."""
+
+    def __init__(self, status: str, message: str):
+        super().__init__(message)
+        self.status = status
+
+
+@dataclass(frozen=True)
+class Curve:
+    """NURBS section of a band (paper Eq. 3): points (n, 2) = (across, depth), weights (n,), flat knots."""
+
+    degree: int
+    points: np.ndarray
+    weights: np.ndarray
+    knots: np.ndarray
+
+
+@dataclass(frozen=True)
+class Band:
+    """A straight band on one face: side -1 bottom or +1 top; axis 0 runs along x, 1 along y.
+
+    across and along are its ranges in metres of the box. `section` is a constant depth (m) or a Curve.
+    """
+
+    side: int
+    axis: int
+    across: Interval
+    along: Interval
+    section: float | Curve
+
+    @property
+    def depth(self) -> float:
+        """Greatest depth of the section's control points (m), a bound of the true depth."""
+        return float(self.section.points[:, 1].max()) if isinstance(self.section, Curve) else self.section
+
+
+@dataclass(frozen=True)
+class Plate:
+    """The solid in box coordinates (m): 0 <= x <= length, 0 <= y <= width, |z| <= thickness / 2.
+
+    regions ((x0, x1), (y0, y1)) and lines (x, y) are imprinted.
+    """
+
+    length: float
+    width: float
+    thickness: float
+    grooves: tuple[Band, ...] = ()
+    protrusions: tuple[Band, ...] = ()
+    regions: tuple[tuple[Interval, Interval], ...] = ()
+    lines: tuple[tuple[float, float], ...] = ()
+
+
+@contextmanager
+def session() -> Iterator[ModuleType]:
+    """gmsh, silent, in a fresh model of its own; closed again at the end. Raises MeshError "gmsh_missing"."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise MeshError("gmsh_missing", f"gmsh cannot be loaded: {error}") from error
+    if gmsh.isInitialized():
+        raise MeshError("gmsh_busy", "gmsh is already in use in this process")
+    gmsh.initialize(["groovecheck"], readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        gmsh.model.add("plate")
+        yield gmsh
+    finally:
+        gmsh.finalize()
+
+
+def build(gmsh: ModuleType, plate: Plate) -> float:
+    """Build the plate in gmsh's current model; returns the exact volume (m3) of the solid in the box.
+
+    Raises MeshError "geometry_failed" where OCC fails or the solid falls apart.
+    """
+    try:
+        bodies = _solid(gmsh, plate)
+        if len(bodies) != 1:
+            raise MeshError("geometry_failed", f"the grooves leave {len(bodies)} separate bodies, not one")
+        volume = gmsh.model.occ.getMass(*bodies[0])
+        bodies = _imprint(gmsh, plate, bodies)
+        gmsh.model.occ.synchronize()
+    except MeshError:
+        raise
+    except Exception as error:
+        raise MeshError("geometry_failed", f"OCC: {error}") from error
+    imprinted = sum(gmsh.model.occ.getMass(*body) for body in bodies)
+    if not math.isclose(imprinted, volume, rel_tol=1e-9):
+        raise MeshError("geometry_failed", f"volume {volume} became {imprinted} by imprinting")
+    return volume
+
+
+def _solid(gmsh: ModuleType, plate: Plate) -> list[tuple[int, int]]:
+    """The box with its protrusions and without its grooves, as (dimension, tag) pairs."""
+    occ = gmsh.model.occ
+    half = plate.thickness / 2
+    bodies = [(3, occ.addBox(0, 0, -half, plate.length, plate.width, plate.thickness))]
+    if plate.protrusions:
+        tools = [_prism(gmsh, plate, band, outward=True) for band in plate.protrusions]
+        bodies, _ = occ.fuse(bodies, tools)
+    if plate.grooves:
+        tools = [_prism(gmsh, plate, band, outward=False) for band in plate.grooves]
+        bodies, _ = occ.cut(bodies, tools)
+    return [body for body in bodies if body[0] == 3]
+
+
+def _prism(gmsh: ModuleType, plate: Plate, band: Band, outward: bool) -> tuple[int, int]:
+    """A band's section swept along it: what a groove removes (it sticks out of the face) or a
+    protrusion adds (it reaches into the plate), so that no face of it lies in the plate's face."""
+    occ = gmsh.model.occ
+    root = plate.thickness / 4
+    sign = band.side if outward else -band.side
+
+    def at(across: float, depth: float) -> int:
+        z = band.side * plate.thickness / 2 + sign * depth
+        start = band.along[0]
+        return occ.addPoint(*((start, across, z) if band.axis == 0 else (across, start, z)))
+
+    first, last = at(band.across[0], -root), at(band.across[1], -root)
+    if isinstance(band.section, Curve):
+        curve = band.section
+        points = [at(*point) for point in curve.points]
+        knots, multiplicities = np.unique(curve.knots, return_counts=True)
+        top = [occ.addBSpline(points, -1, curve.degree, curve.weights, knots, multiplicities)]
+    else:
+        points = [at(band.across[0], band.section), at(band.across[1], band.section)]
+        top = [occ.addLine(*points)]
+    lines = [occ.addLine(first, points[0]), *top, occ.addLine(points[-1], last), occ.addLine(last, first)]
+    face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
+    reach = band.along[1] - band.along[0]
+    swept = occ.extrude([(2, face)], *((reach, 0, 0) if band.axis == 0 else (0, reach, 0)))
+    return next(part for part in swept if part[0] == 3)
+
+
+def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Cut the bodies along the sides of the regions and embed the lines; nothing is removed."""
+    occ = gmsh.model.occ
+    reach = 2 * plate.thickness + sum(band.depth for band in plate.protrusions)
+    tools = []
+    for (x0, x1), (y0, y1) in plate.regions:
+        column = [(3, occ.addBox(x0, y0, -reach, x1 - x0, y1 - y0, 2 * reach))]
+        tools += occ.intersect(bodies, column, removeObject=False, removeTool=True)[0]
+    for x, y in plate.lines:
+        line = [(1, occ.addLine(occ.addPoint(x, y, -reach), occ.addPoint(x, y, reach)))]
+        tools += occ.intersect(line, bodies, removeObject=True, removeTool=False)[0]
+    if tools:
+        bodies, _ = occ.fragment(bodies, tools)
+    return [body for body in dict.fromkeys(bodies) if body[0] == 3]

@@ -1,0 +1,75 @@
+"""Dead loads as nodal shares: weights (n,) that sum to 1 and say how much of a force each node carries.
+
+The same weights average a field, so a patch load and a patch probe of one region are one vector.
+All places are given in the coordinates of the box (m), see geometry.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import Basis, ElementTetP2, FacetBasis, LinearForm
+
+from reference_fe.geometry import Interval, MeshError
+from reference_fe.mesh import Solid
+
+SIMPSON = (1 / 6, 4 / 6, 1 / 6)  # integrals of the quadratic shape functions over an edge of length 1
+
+
+@dataclass(frozen=True)
+class Load:
+    """Nodal forces (n, 3) in N, times a piecewise linear history (k, 2) of (time, factor), constant outside."""
+
+    force: np.ndarray
+    history: np.ndarray
+
+
+def load_at(loads: tuple[Load, ...], shape: tuple[int, int]) -> Callable[[float], np.ndarray]:
+    """Sum of the loads as a function of time (s) -> (n, 3) in N."""
+
+    def force(time: float) -> np.ndarray:
+        total = np.zeros(shape)
+        for load in loads:
+            total += np.interp(time, load.history[:, 0], load.history[:, 1]) * load.force
+        return total
+
+    return force
+
+
+def line_share(solid: Solid, at: tuple[float, float]) -> np.ndarray:
+    """Uniform along the line through the thickness at (x, y), which must have been imprinted."""
+    points = solid.box.doflocs
+    on = np.flatnonzero(np.hypot(points[0] - at[0], points[1] - at[1]) < 1e-7 * solid.extent)
+    on = on[np.argsort(points[2, on])]
+    middle = on >= solid.mesh.nvertices
+    if on.size < 3 or not np.array_equal(middle, np.arange(on.size) % 2 == 1):
+        raise MeshError("load_misses", f"no line of edges runs through the thickness at {at}")
+    share = np.zeros(points.shape[1])
+    for below, edge, above in zip(on[:-2:2], on[1:-1:2], on[2::2], strict=True):
+        share[[below, edge, above]] += (points[2, above] - points[2, below]) * np.array(SIMPSON)
+    return share / share.sum()
+
+
+def face_share(solid: Solid, axis: int, value: float) -> np.ndarray:
+    """Uniform over the face of an edge: the boundary where the coordinate `axis` is `value`."""
+    facets = solid.mesh.boundary_facets()
+    corners = solid.box.doflocs[axis][solid.mesh.facets[:, facets]]
+    facets = facets[(np.abs(corners - value) < 1e-7 * solid.extent).all(axis=0)]
+    basis = FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=6)
+    share = LinearForm(lambda v, w: v).assemble(basis)
+    return share / share.sum()
+
+
+def region_share(solid: Solid, region: tuple[Interval, Interval]) -> np.ndarray:
+    """Uniform over the kept volume whose (x, y) lies in the region, which must have been imprinted."""
+    centre = solid.box.p[:2, solid.mesh.t].mean(axis=1)
+    inside = np.ones(centre.shape[1], dtype=bool)
+    for coordinate, (least, greatest) in zip(centre, region, strict=True):
+        inside &= (coordinate > least) & (coordinate < greatest)
+    if not inside.any():
+        raise MeshError("load_misses", f"no material lies in the region {region}")
+    basis = Basis(solid.mesh, ElementTetP2(), elements=np.flatnonzero(inside), intorder=4 if solid.flat else 8)
+    share = LinearForm(lambda v, w: v).assemble(basis)
+    return share / share.sum()

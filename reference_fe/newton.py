@@ -1,0 +1,169 @@
+"""Equilibrium by Newton's method that keeps an old factorisation as long as that pays.
+
+A factorisation costs 20 to 40 times as much as a solution with it, so the last factor is corrected
+by BFGS updates (Matthies, Strang 1979; two-loop form of Nocedal 1980) across iterations and steps.
+A new tangent is formed when the observed contraction promises more than PATIENCE further iterations.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from reference_fe.linear_solver import SingularTangent
+
+PATIENCE = 10
+PAIRS = 20
+MOST_FACTORS = 15
+MOST_ITERATIONS = 150
+TOLERANCE = 1e-11
+
+
+class NewtonFailure(RuntimeError):
+    """No equilibrium was found; `status` is its short name."""
+
+    def __init__(self, status: str, message: str):
+        super().__init__(message)
+        self.status = status
+
+
+@dataclass(frozen=True)
+class Equation:
+    """residual(u) -> (n,) in N and tangent(u) -> upper-triangle values (nnz,) at the unknowns u (n,) in m.
+
+    scale: length (m) below which displacements do not matter.
+    """
+
+    residual: Callable[[np.ndarray], np.ndarray]
+    tangent: Callable[[np.ndarray], np.ndarray]
+    scale: float
+
+
+@dataclass
+class Memory:
+    """The last factorisation, what was learnt since, and counts of the work done so far."""
+
+    solver: object
+    diagonal: np.ndarray
+    valid: bool = False
+    pairs: list[tuple[np.ndarray, np.ndarray, float]] = field(default_factory=list)
+    iterations: int = 0
+    factorisations: int = 0
+    seconds: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(("force", "tangent", "factor", "solve"), 0.0)
+    )
+    stiffness: float = 0.0
+
+    def forget(self) -> None:
+        """Call when the tangent changes for good, for example with the time step."""
+        self.valid = False
+
+    @contextmanager
+    def clock(self, part: str) -> Iterator[None]:
+        """Add the time spent inside to `seconds[part]`."""
+        start = time.perf_counter()
+        yield
+        self.seconds[part] += time.perf_counter() - start
+
+    def factorise(self, equation: Equation, u: np.ndarray) -> None:
+        """Form and factorise the tangent at u."""
+        with self.clock("tangent"):
+            values = equation.tangent(u)
+        with self.clock("factor"):
+            self.solver.factorise(values)
+        self.stiffness = float(np.linalg.norm(values[self.diagonal]))
+        self.pairs.clear()
+        self.factorisations += 1
+        self.valid = True
+
+    def learn(self, step: np.ndarray, change: np.ndarray) -> None:
+        """Remember that `step` changed the residual by `change`, unless the curvature is not positive."""
+        curvature = float(step @ change)
+        if curvature > 1e-12 * float(np.linalg.norm(step) * np.linalg.norm(change)):
+            self.pairs.append((step, change, 1 / curvature))
+            del self.pairs[:-PAIRS]
+
+    def direction(self, residual: np.ndarray) -> np.ndarray:
+        """Quasi-Newton step (n,) for the residual (n,): BFGS two-loop recursion around the old factor."""
+        rest, weights = residual.copy(), []
+        for step, change, inverse in reversed(self.pairs):
+            weights.append(inverse * float(step @ rest))
+            rest -= weights[-1] * change
+        with self.clock("solve"):
+            move = self.solver.solve(rest)
+        for (step, change, inverse), weight in zip(self.pairs, reversed(weights), strict=True):
+            move += (weight - inverse * float(change @ move)) * step
+        return -move
+
+
+def solve(equation: Equation, guess: np.ndarray, memory: Memory) -> np.ndarray:
+    """Unknowns (n,) where the residual vanishes, from a guess (n,).
+
+    The error that the contraction predicts is below TOLERANCE x the largest displacement, or the
+    residual is at round-off. Raises NewtonFailure: "newton_diverged", "not_finite", "singular_tangent".
+    """
+    try:
+        return _iterate(equation, guess, memory)
+    except SingularTangent as error:
+        memory.forget()
+        raise NewtonFailure("singular_tangent", str(error)) from error
+    except NewtonFailure:
+        memory.forget()
+        raise
+
+
+def _iterate(equation: Equation, guess: np.ndarray, memory: Memory) -> np.ndarray:
+    """The iteration of `solve`."""
+    u, factors, size = guess, 0, math.inf
+    residual = _residual(equation, u, memory)
+    for _ in range(MOST_ITERATIONS):
+        if not memory.valid:
+            memory.factorise(equation, u)
+            factors += 1
+        step = memory.direction(residual)
+        u = u + step
+        old, residual = residual, _residual(equation, u, memory)
+        memory.iterations += 1
+        last, size = size, float(np.abs(step).max())
+        allowed = TOLERANCE * max(float(np.abs(u).max()), equation.scale)
+        if _settled(size, last, allowed) or np.linalg.norm(residual) <= _round_off(memory, u):
+            return u
+        memory.learn(step, residual - old)
+        if _too_slow(size, last, allowed):
+            if factors >= MOST_FACTORS:
+                break
+            memory.forget()
+    raise NewtonFailure("newton_diverged", f"no equilibrium after {MOST_ITERATIONS} iterations or {factors} factors")
+
+
+def _residual(equation: Equation, u: np.ndarray, memory: Memory) -> np.ndarray:
+    """The residual, or a failure where it is not finite."""
+    with memory.clock("force"):
+        residual = equation.residual(u)
+    if not np.isfinite(residual).all():
+        raise NewtonFailure("not_finite", "the residual is not finite")
+    return residual
+
+
+def _settled(size: float, last: float, allowed: float) -> bool:
+    """Whether the error left after a step of this size, rate / (1 - rate) of it, is allowed."""
+    rate = size / last
+    return size == 0 or (math.isfinite(last) and rate < 1 and size * rate / (1 - rate) <= allowed)
+
+
+def _too_slow(size: float, last: float, allowed: float) -> bool:
+    """Whether more than PATIENCE iterations remain at the observed rate."""
+    if not math.isfinite(last):
+        return False
+    rate = size / last
+    return rate >= 1 or math.log(allowed / size) / math.log(rate) > PATIENCE
+
+
+def _round_off(memory: Memory, u: np.ndarray) -> float:
+    """Norm of the residual that rounding the displacements alone would cause (N)."""
+    return float(np.finfo(float).eps * memory.stiffness * np.abs(u).max())

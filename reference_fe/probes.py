@@ -1,0 +1,39 @@
+"""Probes as weights (n,) on the nodal values: the solver evaluates its own field."""
+
+from __future__ import annotations
+
+import numpy as np
+from skfem import ElementTetP2
+
+from reference_fe.geometry import MeshError
+from reference_fe.mesh import Solid
+
+CANDIDATES = 12
+NEWTON_STEPS = 8  # a straight tetrahedron needs one
+
+
+def point_weights(solid: Solid, at: tuple[float, float, float]) -> np.ndarray:
+    """Values of the quadratic shape functions at the box point (x, y, z). Raises MeshError "probe_outside"."""
+    box, point = solid.box, np.asarray(at, dtype=float)
+    corners = box.p[:, box.t]
+    edges = (corners[:, 1:] - corners[:, :1]).transpose(2, 0, 1)
+    local = np.linalg.solve(edges, (point - corners[:, 0].T)[:, :, None])[:, :, 0]
+    near = np.argsort(-_depth(local.T))[:CANDIDATES]
+    mapping, local = box.mapping(), local[near].T[:, :, None]
+    for _ in range(NEWTON_STEPS):
+        miss = mapping.F(local, near) - point[:, None, None]
+        local = local - np.einsum("ijek,jek->iek", mapping.invDF(local, near), miss)
+    local = local[:, :, 0]
+    best = int(np.argmax(_depth(local)))
+    if not _depth(local)[best] > -1e-6:
+        raise MeshError("probe_outside", f"the probe at {tuple(at)} lies outside the grooved solid")
+    weights = np.zeros(box.doflocs.shape[1])
+    element, where = ElementTetP2(), local[:, best, None]
+    for a, node in enumerate(box.dofs.element_dofs[:, near[best]]):
+        weights[node] += element.lbasis(where, a)[0][0]
+    return weights
+
+
+def _depth(local: np.ndarray) -> np.ndarray:
+    """How far inside the unit tetrahedron points (3, k) lie: their least barycentric coordinate (k,)."""
+    return np.minimum(local.min(axis=0), 1 - local.sum(axis=0))

@@ -1,0 +1,313 @@
+"""solve(scene, level) -> Result: the only file of this package that knows scenes.
+
+Readings a solver must choose:
+- A clamp holds all displacements of the edge's face. The normal gradient there stays free, as in any
+  displacement-based solid, so both readings of `gradients` are the same here.
+- A point load is spread evenly over the line through the thickness at its (x, y), a patch load over
+  the kept volume of its region; both are dead loads.
+- An initial angular velocity turns about the origin of space.
+- Steps divide each output interval evenly and are never longer than the level's time step.
+"""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import numpy as np
+
+from compare.result import OK, Result
+from compare.scene import Band as SceneBand
+from compare.scene import NurbsPatch, ReferenceLevel, Scene
+from reference_fe import dynamics, statics
+from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
+from reference_fe.geometry import Band, Curve, MeshError, Plate
+from reference_fe.loads import Load, face_share, line_share, load_at, region_share
+from reference_fe.mesh import Solid, Spacing, Surface, make
+from reference_fe.newton import Memory, NewtonFailure
+from reference_fe.probes import point_weights
+from reference_fe.system import System, assemble
+
+Progress = Callable[[float], None]
+RULE_DEGREE = 5
+
+
+def solve(
+    scene: Scene, level: ReferenceLevel, progress: Progress | None = None, mesh_folder: Path | None = None
+) -> Result:
+    """The scene at one resolution; `progress` is told the fraction done, the mesh is stored in `mesh_folder`.
+
+    A failure of meshing or of Newton is a named status of the Result. Raises ValueError where a
+    dynamic scene states no density.
+    """
+    if scene.analysis.kind == "dynamic" and scene.material.density is None:
+        raise ValueError("material.density: a dynamic analysis needs it")
+    start, cpu = clock.perf_counter(), clock.process_time()
+    try:
+        solid = make(plate_of(scene), spacing_of(scene, level.size), surface_of(scene), mesh_folder)
+        mesh_seconds = clock.perf_counter() - start
+        model = discretise(scene, solid)
+    except MeshError as error:
+        return _nothing(scene, level, error)
+    history = _march(scene, level, model, progress or (lambda fraction: None))
+    facts = {**_facts(model), **history.facts, "mesh_seconds": mesh_seconds}
+    return Result(
+        **_header(scene, level),
+        h=edge_length(solid),
+        unknowns=3 * model.system.pattern.free.size,
+        times=np.array(history.times),
+        probe_position=np.array(model.probes) @ solid.mesh.doflocs.T,
+        displacement=np.array(history.displacement),
+        energies={kind: np.array(values) for kind, values in history.energies.items()},
+        status=history.status,
+        message=history.message,
+        seconds=clock.perf_counter() - start,
+        cpu_seconds=clock.process_time() - cpu,
+        peak_mb=_peak_mb(),
+        steps=history.steps,
+        newton_iterations=model.memory.iterations,
+        facts=facts,
+    )
+
+
+@dataclass(frozen=True)
+class Model:
+    """A scene on a mesh: the system, its factorisation memory, probe weights and the initial velocity."""
+
+    solid: Solid
+    system: System
+    memory: Memory
+    probes: list[np.ndarray]
+    velocity: np.ndarray
+    mass: float | None
+
+
+@dataclass
+class History:
+    """What a march has recorded so far."""
+
+    times: list[float]
+    displacement: list[np.ndarray]
+    energies: dict[str, list[float]]
+    facts: dict[str, float]
+    status: str = OK
+    message: str = ""
+    steps: int = 0
+
+
+def edge_length(solid: Solid) -> float:
+    """Edge (m) of the regular tetrahedron that has the mean volume of the mesh's tetrahedra."""
+    return float((6 * 2**0.5 * solid.volume / solid.tetrahedra) ** (1 / 3))
+
+
+def discretise(scene: Scene, solid: Solid) -> Model:
+    """Mass, pattern, loads, supports and probes of the scene on the mesh. Raises MeshError."""
+    material = scene.material
+    mass = None if material.density is None else scalar_mass(solid, material.density)
+    held = np.zeros(solid.box.doflocs.shape[1], dtype=bool)
+    for support in scene.supports:
+        axis, value = _edge(scene, support.edge)
+        held |= np.abs(solid.box.doflocs[axis] - value) < 1e-7 * solid.extent
+    table = tabulate(solid, RULE_DEGREE)
+    loads = load_at(tuple(_load(scene, solid, load, mass) for load in scene.loads), (held.size, 3))
+    where = pattern(table.nodes, held)
+    system = assemble(
+        table, lame(material.youngs_modulus, material.poissons_ratio), where, mass, loads, 1e-6 * solid.extent
+    )
+    velocity = _velocity(scene, solid.mesh.doflocs.T)[where.free]
+    probes = [_probe(scene, solid, probe) for probe in scene.probes]
+    return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+
+
+def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
+    """Advance from output time to output time until the end or a failure."""
+    history = History([], [], {"kinetic": [], "strain": [], "external": []}, {})
+    dynamic = scene.analysis.kind == "dynamic"
+    scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
+    times = _output_times(scene)
+    system, memory = model.system, model.memory
+    try:
+        if dynamic:
+            state = dynamics.begin(system, model.velocity)
+        else:
+            state = statics.balance(system, statics.begin(system), 0.0, memory)
+        _record(history, model, state)
+        for time in times[1:]:
+            if dynamic:
+                state, steps = dynamics.advance(system, scheme, state, time, level.time_step, memory)
+            else:
+                state, steps = statics.advance(system, state, time, level.time_step, memory)
+            history.steps += steps
+            _record(history, model, state)
+            progress(time / times[-1])
+    except NewtonFailure as failure:
+        history.status, history.message = failure.status, str(failure)
+    except MemoryError as error:
+        history.status, history.message = "out_of_memory", str(error)
+    history.facts["factorisations"] = memory.factorisations
+    history.facts |= {f"{part}_seconds": seconds for part, seconds in memory.seconds.items()}
+    memory.solver.close()
+    return history
+
+
+def _record(history: History, model: Model, state: dynamics.State | statics.Balance) -> None:
+    """Append one output time."""
+    full = model.system.expand(state.u)
+    history.times.append(state.time)
+    history.displacement.append(np.array([weights @ full for weights in model.probes]))
+    for kind, values in history.energies.items():
+        values.append(getattr(state, kind, 0.0))
+
+
+def _output_times(scene: Scene) -> np.ndarray:
+    """0, every, 2 every, ... and `until`."""
+    until, every = scene.analysis.until, scene.analysis.every
+    count = int(np.floor(until / every + 1e-9))
+    times = every * np.arange(count + 1)
+    if until - times[-1] > 1e-9 * until:
+        return np.append(times, until)
+    times[-1] = until
+    return times
+
+
+def _scale(scene: Scene) -> tuple[float, float]:
+    """Metres of the box per unit of the parameters x and y."""
+    return (1.0, 1.0)
+
+
+def plate_of(scene: Scene) -> Plate:
+    """The scene's solid in box coordinates."""
+    (x0, x1), (y0, y1) = (_boxed(scene, axis, span) for axis, span in enumerate(scene.surface.span))
+    regions = [load.region for load in scene.loads if load.kind == "patch"]
+    regions += [probe.region for probe in scene.probes if hasattr(probe, "region")]
+    lines = [load.at for load in scene.loads if load.kind == "point"]
+    return Plate(
+        x1 - x0,
+        y1 - y0,
+        scene.thickness,
+        tuple(_band(scene, band) for band in scene.grooves),
+        tuple(_band(scene, band) for band in scene.protrusions),
+        tuple(dict.fromkeys(_region(scene, region) for region in regions)),
+        tuple(dict.fromkeys(_place(scene, at) for at in lines)),
+    )
+
+
+def _boxed(scene: Scene, axis: int, values: tuple[float, ...]) -> tuple[float, ...]:
+    """Parameters along an axis in box coordinates (m)."""
+    return tuple(_scale(scene)[axis] * (value - scene.surface.span[axis][0]) for value in values)
+
+
+def _place(scene: Scene, at: tuple[float, float]) -> tuple[float, float]:
+    """A point (x, y) in box coordinates."""
+    return _boxed(scene, 0, at[:1]) + _boxed(scene, 1, at[1:2])
+
+
+def _region(scene: Scene, region: tuple) -> tuple:
+    """A region in box coordinates."""
+    return _boxed(scene, 0, region[0]), _boxed(scene, 1, region[1])
+
+
+def _edge(scene: Scene, edge: str) -> tuple[int, float]:
+    """Axis and box coordinate of an edge."""
+    axis, end = "xy".index(edge[0]), int(edge[1])
+    return axis, _boxed(scene, axis, scene.surface.span[axis])[end]
+
+
+def _band(scene: Scene, band: SceneBand) -> Band:
+    """A groove or protrusion in box coordinates."""
+    axis = "xy".index(band.along)
+    along = _boxed(scene, axis, band.extent or scene.surface.span[axis])
+    section = band.depth
+    if band.profile is not None:
+        points = np.array(band.profile.control_points)
+        points[:, 0] = _boxed(scene, 1 - axis, points[:, 0])
+        weights = np.ones(len(points)) if band.profile.weights is None else np.array(band.profile.weights)
+        section = Curve(band.profile.degree, points, weights, np.array(band.profile.knots))
+    return Band(-1 if band.face == "bottom" else 1, axis, _boxed(scene, 1 - axis, band.edges), along, section)
+
+
+def surface_of(scene: Scene) -> Surface | None:
+    """The NURBS mid-surface, or None where it is a rectangle."""
+    patch = scene.surface
+    if not isinstance(patch, NurbsPatch):
+        return None
+    points = np.array(patch.control_points)
+    weights = np.ones(points.shape[:2]) if patch.weights is None else np.array(patch.weights)
+    return Surface(patch.degree, tuple(np.array(knots) for knots in patch.knots), points, weights)
+
+
+def spacing_of(scene: Scene, size: float) -> Spacing:
+    """Grading toward grooves, clamps and loads by fixed ratios, so that all edges scale with `size`."""
+    return Spacing(size)
+
+
+def _load(scene: Scene, solid: Solid, load, mass) -> Load:
+    """Nodal forces of a load of the scene."""
+    history = np.array(load.history)
+    if load.kind == "gravity":
+        return Load(np.outer(mass.sum(axis=1), load.acceleration), history)
+    if load.kind == "point":
+        share = line_share(solid, _place(scene, load.at))
+    elif load.kind == "edge":
+        share = face_share(solid, *_edge(scene, load.edge))
+    else:
+        share = region_share(solid, _region(scene, load.region))
+    return Load(np.outer(share, load.force), history)
+
+
+def _probe(scene: Scene, solid: Solid, probe) -> np.ndarray:
+    """Weights (n,) of a probe of the scene."""
+    if hasattr(probe, "region"):
+        return region_share(solid, _region(scene, probe.region))
+    return point_weights(solid, (*_place(scene, probe.at), probe.at[2]))
+
+
+def _velocity(scene: Scene, points: np.ndarray) -> np.ndarray:
+    """Initial velocity (n, 3) in m/s at points (n, 3)."""
+    if scene.initial is None:
+        return np.zeros_like(points)
+    return np.array(scene.initial.velocity) + np.cross(scene.initial.angular_velocity, points)
+
+
+def _header(scene: Scene, level: ReferenceLevel) -> dict:
+    """What every Result of this solver says of itself."""
+    try:
+        number = version("groovecheck")
+    except PackageNotFoundError:
+        number = "unknown"
+    names = tuple(probe.name for probe in scene.probes)
+    return dict(
+        scene=scene.physics(), solver="reference", version=number, level=level.model_dump(mode="json"), probes=names
+    )
+
+
+def _nothing(scene: Scene, level: ReferenceLevel, error: MeshError) -> Result:
+    """The Result of a mesh that could not be made."""
+    count = len(scene.probes)
+    return Result(
+        **_header(scene, level), h=level.size, unknowns=0, times=np.empty(0), probe_position=np.full((count, 3), np.nan),
+        displacement=np.empty((0, count, 3)), energies={}, status=error.status, message=str(error),
+    )  # fmt: skip
+
+
+def _facts(model: Model) -> dict[str, float]:
+    """Scalars worth a look."""
+    solid = model.solid
+    facts = {
+        "volume": solid.volume,
+        "exact_volume": solid.exact_volume,
+        "smallest_jacobian": solid.smallest_jacobian,
+        "tetrahedra": solid.tetrahedra,
+    }
+    return facts if model.mass is None else {**facts, "mass": model.mass}
+
+
+def _peak_mb() -> float:
+    """Largest resident memory of this process so far (MB)."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (2**20 if sys.platform == "darwin" else 2**10)

@@ -44,7 +44,7 @@ class Unit:
 
     @property
     def label(self) -> str:
-        """Name for people, for example "cantilever, top face: ancf 8x8"."""
+        """Name for people, for example "cantilever, top face: ancf 8x8, 3x3x2 points"."""
         return label(self)
 
 
@@ -190,7 +190,8 @@ def version(library: str) -> str | None:
 def label(about: Unit | Entry) -> str:
     """Name of a unit or entry for people."""
     where = about.scene.name if about.variant is None else f"{about.scene.name}, {about.variant}"
-    return f"{where}: {about.solver} {level_name(about.level)}"
+    points = "x".join(map(str, getattr(about.level, "points", ())))
+    return f"{where}: {about.solver} {level_name(about.level)}{points and f', {points} points'}"
 
 
 def level_name(level: Level) -> str:

@@ -25,7 +25,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from compare.convergence import Convergence, study
-from compare.exact import Value, published
+from compare.exact import Value, cross_code, published
 from compare.scene import Level
 from compare.study import AS_STATED, Entry, level_name
 
@@ -121,7 +121,7 @@ def judgements(entries: list[Entry]) -> list[dict[str, Any]]:
 
     "paper": {kind, source, cell, value, rule_agrees} or None; rule_agrees is whether the row's rule is
     the one that the printed row was found to use. "reference": {kind, source, cell, value} or None.
-    "band_refused": why there is no GCI band, or None.
+    "cross_code": heights that CalculiX found for the same question. "band_refused": why there is no GCI band, or None.
     """
     ladder = in_ladders(entries)
     found = convergences(ladder)
@@ -139,6 +139,7 @@ def _judgement(entry: Entry, entries: list[Entry], found: Convergence) -> dict[s
         "key": entry.key,
         "paper": paper and {**described(paper), "rule_agrees": _rule_agrees(entry)},
         "reference": reference,
+        "cross_code": [described(value) for value in cross_code(entry.scene)],
         "band_refused": found.refused,
     }
 
@@ -254,7 +255,7 @@ def as_markdown(table: list[Row]) -> str:
 FORMATS = {"md": as_markdown, "csv": as_csv, "json": as_json}
 DIGITS = {"h": ".4g", "value": ".5f", "paper": ".4f", "extrapolated": ".5f", "order": ".2f", "peak_mb": ".0f"}
 DIGITS |= {"error_paper_percent": "+.2f", "error_reference_percent": "+.2f", "gci_percent": ".2f"}
-DIGITS |= {"wall_seconds": ".2f"}
+DIGITS |= {"wall_seconds": ".3g"}
 
 
 def shown(key: str, value: Any) -> str:

@@ -1,0 +1,251 @@
+"""Plots as inline SVG: values, errors, work, histories and sensitivities.
+
+Colours are the colour-blind safe set of Okabe and Ito (2008); the marker's shape repeats what the
+colour says. The axes take the page's text colour and every series a CSS variable, so that one
+drawing serves light, dark and print. Equal input gives equal bytes: no date, ids hashed with the
+plot's name.
+"""
+
+from __future__ import annotations
+
+import html
+import io
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+
+matplotlib.use("Agg")
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+
+INK = "#123456"  # stands for the page's text colour until the drawing is themed
+SIZE = (5.6, 3.7)
+
+
+@dataclass(frozen=True)
+class Look:
+    """How one role is drawn: colour (light page), CSS variable, marker and line style."""
+
+    colour: str
+    variable: str
+    marker: str
+    line: str
+
+
+ROLES = {
+    "ancf": Look("#0072b2", "--ancf", "o", "-"),
+    "ancf exact": Look("#56b4e9", "--ancf-exact", "^", "--"),
+    "reference": Look("#d55e00", "--reference", "s", "-"),
+    "paper": Look("#009e73", "--paper", "D", ""),
+    "difference": Look("#cc79a7", "--difference", "v", "-"),
+}
+
+SETTINGS = {
+    "svg.fonttype": "none",
+    "font.family": "sans-serif",
+    "font.size": 10.5,
+    "axes.labelsize": 10.5,
+    "xtick.labelsize": 10,
+    "ytick.labelsize": 10,
+    "legend.fontsize": 10,
+    "text.color": INK,
+    "axes.labelcolor": INK,
+    "axes.edgecolor": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": INK,
+    "grid.alpha": 0.14,
+    "grid.linewidth": 0.7,
+    "lines.linewidth": 1.8,
+    "lines.markersize": 6.5,
+    "legend.frameon": False,
+    "legend.labelcolor": INK,
+}
+
+
+@dataclass(frozen=True)
+class Series:
+    """One line of a plot: x and y (n,), in the units of the axes; `role` is a key of ROLES."""
+
+    label: str
+    role: str
+    x: Sequence[float]
+    y: Sequence[float]
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A value that a ladder tends to, with its band; low and high are None where none can be claimed."""
+
+    label: str
+    role: str
+    value: float
+    low: float | None = None
+    high: float | None = None
+
+
+@dataclass(frozen=True)
+class Bar:
+    """One bar: its length `value`, measured from zero."""
+
+    label: str
+    role: str
+    value: float
+
+
+def value_plot(name: str, title: str, about: str, series: Sequence[Series], limits: Sequence[Limit]) -> str:
+    """Heights (m) against element size h (m), extrapolated values at h = 0 with their bands as SVG text."""
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        for limit in limits:
+            _limit(axes, limit)
+        for line in series:
+            _line(axes, line)
+        axes.set(xlabel="element size h (m)", ylabel="height of P (m)")
+        axes.set_xlim(left=0.0)
+        axes.margins(y=0.08)
+        _legend(figure, axes)
+
+    return _draw(name, title, about, paint)
+
+
+def log_plot(name: str, title: str, about: str, series: Sequence[Series], xlabel: str, ylabel: str) -> str:
+    """Positive values on two logarithmic axes as SVG text; points that are not positive are left out."""
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        for line in series:
+            x, y = np.asarray(line.x, float), np.asarray(line.y, float)
+            shown = (x > 0) & (y > 0)
+            _line(axes, Series(line.label, line.role, x[shown], y[shown]))
+        axes.set(xlabel=xlabel, ylabel=ylabel, xscale="log", yscale="log")
+        for axis in (axes.xaxis, axes.yaxis):
+            _log_ticks(axis)
+        _legend(figure, axes)
+
+    return _draw(name, title, about, paint)
+
+
+def history_plot(name: str, title: str, about: str, paths: Sequence[Series], residual: Series | None) -> str:
+    """Heights (m) over time (s) and, below them, their difference in millimetres, as SVG text."""
+
+    def paint(figure: Figure) -> None:
+        rows = 2 if residual else 1
+        panels = figure.subplots(
+            rows, 1, sharex=True, squeeze=False, gridspec_kw={"height_ratios": (3, 1)[:rows], "hspace": 0.14}
+        )[:, 0]
+        for path in paths:
+            look = ROLES[path.role]
+            style = "-" if path.role == "ancf" else (0, (5, 2))
+            panels[0].plot(path.x, path.y, color=look.colour, linestyle=style, label=path.label, marker="")
+            panels[0].plot(path.x[-1:], path.y[-1:], color=look.colour, marker=look.marker, linestyle="")
+        panels[0].set_ylabel("height of P (m)")
+        if residual:
+            panels[1].axhline(0.0, color=INK, linewidth=0.8)
+            panels[1].plot(residual.x, residual.y, color=ROLES[residual.role].colour, label=residual.label)
+            panels[1].set_ylabel("diff. (mm)")
+            panels[1].yaxis.set_major_locator(MaxNLocator(3))
+        panels[-1].set_xlabel("time (s)")
+        _legend(figure, *panels)
+
+    return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.15))
+
+
+def bar_plot(name: str, title: str, about: str, bars: Sequence[Bar], xlabel: str) -> str:
+    """Horizontal bars from zero, each with its value written at its end, as SVG text."""
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        places = np.arange(len(bars))[::-1]
+        looks = [ROLES[bar.role] for bar in bars]
+        axes.barh(places, [bar.value for bar in bars], height=0.62, color=[look.colour for look in looks])
+        reach = max((abs(bar.value) for bar in bars), default=1.0) or 1.0
+        for place, bar in zip(places, bars, strict=True):
+            side = "left" if bar.value >= 0 else "right"
+            pad = 0.02 * reach if bar.value >= 0 else -0.02 * reach
+            axes.text(bar.value + pad, place, f"{bar.value:+.2f}", ha=side, va="center")
+        axes.axvline(0.0, color=INK, linewidth=0.8)
+        axes.set_yticks(places, [bar.label for bar in bars])
+        axes.tick_params(axis="y", length=0)
+        axes.set_xlabel(xlabel)
+        axes.margins(x=0.2)
+        axes.grid(axis="y", visible=False)
+
+    return _draw(name, title, about, paint, (SIZE[0], 1.0 + 0.34 * max(len(bars), 2)))
+
+
+def _line(axes, series: Series) -> None:
+    look = ROLES[series.role]
+    axes.plot(
+        series.x, series.y, color=look.colour, marker=look.marker, linestyle=look.line or "none", label=series.label
+    )
+
+
+def _limit(axes, limit: Limit) -> None:
+    look = ROLES[limit.role]
+    style = (0, (1, 2)) if limit.role == "paper" else (0, (5, 2))
+    if limit.low is not None and limit.high is not None:
+        axes.axhspan(limit.low, limit.high, color=look.colour, alpha=0.18, linewidth=0)
+        half = [[limit.value - limit.low], [limit.high - limit.value]]
+        axes.errorbar([0.0], [limit.value], yerr=half, color=look.colour, capsize=4, linestyle="", clip_on=False)
+    axes.axhline(limit.value, color=look.colour, linewidth=1.2, linestyle=style, label=limit.label)
+
+
+def _log_ticks(axis) -> None:
+    axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0), numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
+
+
+def _legend(figure: Figure, *panels) -> None:
+    """One legend below the axes, in as many columns as fit."""
+    handles, labels = [], []
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            handles.append(handle)
+            labels.append(label)
+    if handles:
+        columns = 2 if max(map(len, labels)) < 34 else 1
+        figure.legend(handles, labels, loc="outside lower left", ncols=columns, handlelength=2.4, borderaxespad=0.2)
+
+
+def _draw(name: str, title: str, about: str, paint: Callable[[Figure], None], size: tuple[float, float] = SIZE) -> str:
+    """The drawing as an <svg> element to stand inside HTML, titled and described for screen readers."""
+    with matplotlib.rc_context({**SETTINGS, "svg.hashsalt": name}):
+        figure = Figure(figsize=size, layout="constrained")
+        figure.patch.set_alpha(0.0)
+        paint(figure)
+        for axes in figure.axes:
+            axes.patch.set_alpha(0.0)
+        file = io.StringIO()
+        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return _themed(file.getvalue(), name, title, about)
+
+
+def _themed(svg: str, name: str, title: str, about: str) -> str:
+    """Matplotlib's document as an inline element: no prologue, no global style, colours from the page."""
+    svg = svg[svg.index("<svg") :]
+    svg = re.sub(r"<metadata>.*?</metadata>|<style type=\"text/css\">.*?</style>|<!--.*?-->", "", svg, flags=re.S)
+    svg = re.sub(r"<defs>\s*</defs>", "", svg).replace("xlink:href", "href")
+    svg = svg.replace(INK, "currentColor")
+    for look in ROLES.values():
+        svg = svg.replace(look.colour, f"var({look.variable}, {look.colour})")
+    used = set(re.findall(r"(?:href=\"#|url\(#)([^\")]+)", svg))
+    svg = re.sub(r" id=\"([^\"]+)\"", lambda found: found[0] if found[1] in used else "", svg)
+    svg = re.sub(r"font: ([\d.]+px) [^;\"]+", r"font-size: \1", svg)
+    box = re.search(r"viewBox=\"[^\"]+\"", svg)[0]
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" {box} role="img" aria-labelledby="{name}-title {name}-about" '
+        f'class="plot" stroke-linejoin="round"><title id="{name}-title">{html.escape(title)}</title>'
+        f'<desc id="{name}-about">{html.escape(about)}</desc>'
+    )
+    return re.sub(r"<svg[^>]*>", lambda _: head, svg, count=1)

@@ -1,0 +1,156 @@
+"""Sketch: plan view and section of a scene, true to scale, as one inline SVG."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from markupsafe import Markup
+
+from compare.scene import Band, Interval, PatchLoad, PointLoad, PointProbe, Rectangle, Scene
+
+SIDE = 300.0  # longest side of the plan, in the drawing's units
+MARGIN = 46.0
+GAP = 44.0
+HEAD = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w:.0f} {h:.0f}" role="img" class="sketch" '
+    'aria-labelledby="sketch-title" font-size="12" fill="currentColor"><title id="sketch-title">{title}</title>'
+)
+
+
+def sketch(scene: Scene) -> Markup:
+    """The scene as an SVG element: clamped edges hatched, grooves shaded, loads and probes marked.
+
+    On a NURBS mid-surface the plan shows the parameters x and y, scaled to a square at most, and no section.
+    """
+    (x0, x1), (y0, y1) = scene.surface.span
+    flat = isinstance(scene.surface, Rectangle)
+    scale = SIDE / max(x1 - x0, y1 - y0) if flat else None
+    width, height = (scale * (x1 - x0), scale * (y1 - y0)) if flat else (SIDE, SIDE)
+    plan = _Plan((x0, x1), (y0, y1), width, height)
+    pieces = [plan.box((x0, x1), (y0, y1), 'fill="none" stroke="currentColor" stroke-width="1.5"')]
+    pieces += _bands(scene, plan)
+    pieces += [_clamp(plan, support.edge) for support in scene.supports]
+    pieces += _loads(scene, plan)
+    pieces += _probes(scene, plan)
+    pieces += _axes(plan, flat)
+    total = height + 2 * MARGIN
+    if flat:
+        pieces += _section(scene, plan, scale)
+        total += GAP + scale * scene.thickness
+    head = Markup(HEAD).format(w=width + 2 * MARGIN + 40, h=total, title=f"Sketch of the scene: {scene.title}")
+    return head + Markup("").join(pieces) + Markup("</svg>")
+
+
+class _Plan:
+    """Plan coordinates: x to the right, y upwards."""
+
+    def __init__(self, x: Interval, y: Interval, width: float, height: float):
+        self.x, self.y, self.width, self.height = x, y, width, height
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        right = (x - self.x[0]) / (self.x[1] - self.x[0])
+        up = (y - self.y[0]) / (self.y[1] - self.y[0])
+        return MARGIN + right * self.width, MARGIN + (1 - up) * self.height
+
+    def box(self, x: Interval, y: Interval, paint: str) -> Markup:
+        left, top = self.place(x[0], y[1])
+        right, bottom = self.place(x[1], y[0])
+        return _rectangle(left, top, right - left, bottom - top, paint)
+
+
+def _rectangle(left: float, top: float, width: float, height: float, paint: str) -> Markup:
+    return Markup(f'<rect x="{left:.1f}" y="{top:.1f}" width="{width:.1f}" height="{height:.1f}" {paint}/>')
+
+
+def _text(x: float, y: float, words: str, anchor: str = "middle") -> Markup:
+    return Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, anchor, words)
+
+
+def _bands(scene: Scene, plan: _Plan) -> Iterator[Markup]:
+    paint = 'fill="var(--ancf, #0072b2)" fill-opacity="0.22" stroke="var(--ancf, #0072b2)" stroke-dasharray="{}"'
+    for band in (*scene.grooves, *scene.protrusions):
+        extent = band.extent or (plan.x if band.along == "x" else plan.y)
+        across = band.edges
+        box = (extent, across) if band.along == "x" else (across, extent)
+        yield plan.box(*box, paint.format("4 3" if band.face == "bottom" else "none"))
+        x, y = plan.place(sum(box[0]) / 2, sum(box[1]) / 2)
+        yield _text(x, y + 4, f"{band.name} ({band.face})")
+
+
+def _clamp(plan: _Plan, edge: str) -> Markup:
+    """Hatching outside a clamped edge."""
+    along_y = edge[0] == "x"
+    side = (plan.x if along_y else plan.y)[int(edge[1])]
+    ends = [plan.place(side, y) for y in plan.y] if along_y else [plan.place(x, side) for x in plan.x]
+    outward = (-9.0 if edge == "x0" else 9.0, 9.0) if along_y else (9.0, 9.0 if edge == "y0" else -9.0)
+    (xa, ya), (xb, yb) = ends
+    count = 18
+    ticks = [
+        f"M{xa + (xb - xa) * i / count:.1f} {ya + (yb - ya) * i / count:.1f}l{outward[0]:.0f} {outward[1]:.0f}"
+        for i in range(count + 1)
+    ]
+    path = f"M{xa:.1f} {ya:.1f}L{xb:.1f} {yb:.1f}"
+    return Markup(f'<path d="{path}" stroke="currentColor" stroke-width="3"/>') + Markup(
+        f'<path d="{"".join(ticks)}" stroke="currentColor" stroke-width="1" fill="none"/>'
+    )
+
+
+def _loads(scene: Scene, plan: _Plan) -> Iterator[Markup]:
+    paint = 'fill="var(--reference, #d55e00)" fill-opacity="0.35" stroke="var(--reference, #d55e00)"'
+    for load in scene.loads:
+        if isinstance(load, PatchLoad):
+            yield plan.box(*load.region, paint)
+            x, y = plan.place(load.region[0][1], load.region[1][1])
+        elif isinstance(load, PointLoad):
+            x, y = plan.place(*load.at)
+            yield Markup(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="8" {paint}/>')
+        else:
+            continue
+        force = max(load.force, key=abs)
+        yield _text(
+            x + 12, y - 12, f"{force:+g} N".replace("-", "\u2212"), "start" if x < MARGIN + SIDE / 2 else "middle"
+        )
+
+
+def _probes(scene: Scene, plan: _Plan) -> Iterator[Markup]:
+    for probe in scene.probes:
+        if isinstance(probe, PointProbe):
+            x, y = plan.place(*probe.at[:2])
+            yield Markup(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3"/>')
+        else:
+            x, y = plan.place(*(sum(side) / 2 for side in probe.region))
+        yield _text(x + 12, y + 16, probe.name, "start")
+
+
+def _axes(plan: _Plan, flat: bool) -> Iterator[Markup]:
+    x, y = plan.place(plan.x[0], plan.y[0])
+    unit = " m" if flat else ""
+    yield _text(x + plan.width / 2, y + 18, f"x: {plan.x[0]:g} to {plan.x[1]:g}{unit}")
+    words = _text(0, 0, f"y: {plan.y[0]:g} to {plan.y[1]:g}{unit}")
+    yield Markup(f'<g transform="translate({x - 18:.1f} {y - plan.height / 2:.1f}) rotate(-90)">{words}</g>')
+
+
+def _section(scene: Scene, plan: _Plan, scale: float) -> Iterator[Markup]:
+    """Cross-section along y, seen along x; rectangular and profiled bands that run along x."""
+    top, left = MARGIN + plan.height + GAP, MARGIN
+    thick = scale * scene.thickness
+    width = scale * (plan.y[1] - plan.y[0])
+    outline = {face: [(left, 0.0), (left + width, 0.0)] for face in ("top", "bottom")}
+    for sign, bands in ((1.0, scene.grooves), (-1.0, scene.protrusions)):
+        for band in bands:
+            if band.along == "x":
+                outline[band.face] += [(left + scale * (a - plan.y[0]), sign * scale * d) for a, d in _profile(band)]
+    upper = [(x, top + d) for x, d in sorted(outline["top"], key=lambda p: p[0])]
+    lower = [(x, top + thick - d) for x, d in sorted(outline["bottom"], key=lambda p: p[0])]
+    path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in upper + lower[::-1]) + "Z"
+    yield Markup(f'<path d="{path}" fill="currentColor" fill-opacity="0.14" stroke="currentColor"/>')
+    label = f"section across x, thickness {scene.thickness:g} m (to scale)"
+    yield _text(left + width / 2, top + thick + 20, label)
+
+
+def _profile(band: Band) -> list[tuple[float, float]]:
+    """Corners (across, depth) of a band's section; of a NURBS profile its control polygon."""
+    if band.profile is not None:
+        return list(band.profile.control_points)
+    a, b = band.across
+    return [(a, 0.0), (a, band.depth), (b, band.depth), (b, 0.0)]

@@ -1,0 +1,85 @@
+"""The page of any scene: its table, plots, pictures and provenance."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from compare.provenance import provenance
+from compare.report import Bullets, Page, Section, Text, write
+from compare.scene import Scene
+from compare.study import Entry, level_name
+from compare.table import height, percent, sensitivity
+from compare.verdict import Figure, stated
+from reports import sections
+
+
+def figures(entries: Sequence[Entry]) -> list[Figure]:
+    """Finest height of each ladder and the distance between the solvers; nothing is asked of them."""
+    made = []
+    for scene in sections.scenes(entries):
+        finest = {}
+        for ladder in sections.ladders(entries, scene.name):
+            entry = ladder.finest
+            finest.setdefault(ladder.solver, entry)
+            note = f"{level_name(entry.level)}. {sections.band_words(ladder)}" if entry else "No level succeeded."
+            name = f"{scene.name}_{ladder.label.replace(' ', '_')}_height"
+            label = f"{scene.name}, {ladder.label}: height of {scene.probes[0].name} at its finest level"
+            value = height(entry) if entry else None
+            made.append(stated(name, label, value, "m", against="its own ladder", note=note, form=".6g"))
+        gap = percent(*(height(e) if e else None for e in finest.values())) if len(finest) == 2 else None
+        label = f"{scene.name}: ANCF against the reference, each at its finest level of this run"
+        against = "cross-code: two independent solvers"
+        made.append(stated(f"{scene.name}_ancf_reference_percent", label, gap, "%", against=against, form="+.3g"))
+    return made
+
+
+def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
+    """Write <scene's name>.html and .json into `folder`; returns the page's path."""
+    judged, about = figures(entries), provenance()
+    content = {
+        "figures": {figure.name: figure.entry() for figure in judged},
+        "notes": {figure.name: figure.words() for figure in judged},
+        "rows": list(rows),
+        "convergence": sections.convergence(entries),
+        "sensitivity": sensitivity(list(entries)),
+        "provenance": about,
+    }
+    failed = sum(not entry.ok for entry in entries)
+    words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
+    parts = [
+        Section("verdict", "Verdict", [Text([words]), sections.information(judged)]),
+        sections.scene_section(sections.scenes(entries)),
+        sections.convergence_section(content["convergence"]),
+        *sections.plot_sections(entries),
+        sections.sensitivity_section(content["sensitivity"]),
+        sections.table_section(entries, rows),
+        sections.picture_section(entries, [scene.name]),
+        Section("limits", "What agreement does not prove", [Bullets(LIMITS)], "Not proven"),
+        sections.provenance_section(entries, commands(scene), about),
+    ]
+    lead = f"{scene.source}. " if scene.source else ""
+    lead += "Two independent solvers on one stated question."
+    page = Page(scene.title, lead, [part for part in parts if part], f"Groovecheck, {about['date']}")
+    return write(folder, scene.name, page, content)
+
+
+def commands(scene: Scene) -> list[tuple[str, str]]:
+    """What to type to see the numbers again."""
+    return [
+        (
+            f"groovecheck run {scene.name}",
+            "this page (give a scene of your own by its path)",
+        ),
+        (f"groovecheck table {scene.name} --format json", "every row with full digits"),
+        (f"groovecheck explain {scene.name}", "what is modelled and what is left out"),
+    ]
+
+
+LIMITS = (
+    "That either solver is right: two codes that agree may share a misreading of the question. They share no "
+    "numerics, only the statement of the scene and the format of the answer.",
+    "That a value under a point load is converged: it sinks without bound as the mesh is refined.",
+    "Anything the scene does not mention: it is not modelled.",
+)

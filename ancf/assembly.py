@@ -1,0 +1,132 @@
+"""Element arrays summed into global arrays; every index is computed once.
+
+The unknowns are the free components of the nodal vectors, in their order. Symmetric matrices keep
+their lower triangle, column by column (the CSC layout).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from ancf.quadratic_form import packing, pairs
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Lower triangle of a symmetric matrix of n unknowns: CSC arrays indptr (n + 1,) and indices (nnz,)."""
+
+    indptr: np.ndarray
+    indices: np.ndarray
+
+    @property
+    def n(self) -> int:
+        """Number of unknowns."""
+        return len(self.indptr) - 1
+
+    def lower(self, data: np.ndarray) -> sp.csc_matrix:
+        """Sparse lower triangle with the values data (nnz,)."""
+        return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.n, self.n))
+
+    def full(self, data: np.ndarray) -> sp.csc_matrix:
+        """Sparse symmetric matrix with the values data (nnz,)."""
+        lower = self.lower(data)
+        return (lower + sp.tril(lower, -1).T).tocsc()
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """Where a portion's packed tangents go: `slots` within the range `values` of the pattern's values.
+
+    Entries of held components go to the slot `count`, which is dropped.
+    """
+
+    values: slice
+    count: int
+    slots: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Where the entries of element arrays go.
+
+    connectivity (e, i). unknown_of (3 v,): number of each component, -1 where it is held.
+    free (u,): component of each unknown.
+    """
+
+    connectivity: np.ndarray
+    unknown_of: np.ndarray
+    free: np.ndarray
+    pattern: Pattern
+    targets: tuple[Target, ...]
+
+    def gather(self, q: np.ndarray) -> np.ndarray:
+        """Nodal vectors by element (e, i, 3) of the components q (3 v,)."""
+        return q.reshape(-1, 3).take(self.connectivity, axis=0)
+
+    def vector(self, force: np.ndarray) -> np.ndarray:
+        """Sum of element vectors (e, i, 3) by component (3 v,)."""
+        components = [
+            np.bincount(self.connectivity.ravel(), force[..., a].ravel(), len(self.unknown_of) // 3) for a in range(3)
+        ]
+        return np.stack(components, axis=1).ravel()
+
+    def matrix(self, portions) -> np.ndarray:
+        """Values (nnz,) of the sum of packed element tangents, portion by portion."""
+        data = np.zeros(len(self.pattern.indices))
+        for packed, target in zip(portions, self.targets, strict=True):
+            data[target.values] += np.bincount(target.slots, packed, target.count + 1)[: target.count]
+        return data
+
+
+def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray, portion: int) -> Assembly:
+    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed.
+
+    portion: number of elements whose packed tangents come together.
+    """
+    free = np.flatnonzero(~held)
+    unknown_of = np.full(3 * vectors, -1)
+    unknown_of[free] = np.arange(len(free))
+    keys = _entries(connectivity, unknown_of)
+    n = len(free)
+    pattern = Pattern(
+        np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * n).astype(np.int32),
+        (keys % max(n, 1)).astype(np.int32),
+    )
+    starts = range(0, len(connectivity), portion)
+    targets = tuple(_target(connectivity[start : start + portion], unknown_of, keys, n) for start in starts)
+    return Assembly(connectivity, unknown_of, free, pattern, targets)
+
+
+def _entries(connectivity: np.ndarray, unknown_of: np.ndarray) -> np.ndarray:
+    """Sorted distinct keys column n + row of the entries with row >= column."""
+    n = int(unknown_of.max()) + 1
+    vectors = len(unknown_of) // 3
+    pair = pairs(connectivity.shape[1])
+    one, other = connectivity[:, pair.first].astype(np.int64), connectivity[:, pair.second]
+    both = np.unique(np.minimum(one, other) * vectors + np.maximum(one, other))
+    first, second = both // vectors, both % vectors
+    u = unknown_of.reshape(-1, 3)
+    blocks = np.broadcast_arrays(u[first][:, :, None], u[second][:, None, :])
+    column, row = (block.ravel().astype(np.int64) for block in blocks)
+    keep = (column >= 0) & (row >= column)
+    return np.unique(column[keep] * n + row[keep])
+
+
+def _target(connectivity: np.ndarray, unknown_of: np.ndarray, keys: np.ndarray, n: int) -> Target:
+    """Target of one portion."""
+    e, i = connectivity.shape
+    rows, columns, second = packing(i)
+    u = unknown_of.reshape(-1, 3)[connectivity].reshape(e, 3 * i)
+    places = []
+    for part in (slice(0, second), slice(second, None)):
+        r, c = u[:, rows[part]], u[:, columns[part]]
+        key = np.minimum(r, c).astype(np.int64) * n + np.maximum(r, c)
+        places.append(np.where((r < 0) | (c < 0), -1, np.searchsorted(keys, key)).ravel())
+    slots = np.concatenate(places)
+    inside = slots[slots >= 0]
+    first, last = (int(inside.min()), int(inside.max())) if inside.size else (0, -1)
+    count = last + 1 - first
+    return Target(slice(first, first + count), count, np.where(slots < 0, count, slots - first))

@@ -1,0 +1,122 @@
+"""Strain of an element and what follows from it: energy, internal force, tangent, mass.
+
+The general continuum approach (paper section 3, Eq. 6): F = dr/dX = r_p J_o^-1 on flat and curved
+reference shapes, E = (F^T F - 1)/2, and for any hyperelastic material
+
+    U   = integral W(E) dV
+    f   = dU/dQ     = P Q,          P_ij = integral G_ip S_pr G_jr dV
+    K   = df_ia/dQ_kb = P_ik delta_ab + integral (F_ap G_ir) C_prst (F_bs G_kt) dV
+
+with G_ip = dS_i/dX_p. Here every integral is summed over its points, for all elements at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancf.material import SaintVenantKirchhoff
+from ancf.quadrature import Rule
+from ancf.shape import Conforming
+
+CHUNK_BYTES = 32_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Integrand:
+    """All that integrals over one undeformed element need.
+
+    G (q, i, p): derivatives of the shape functions by reference position (1/m for positions).
+    S (q, i): shape functions. volume (q,): weight of each point in m3.
+    """
+
+    S: np.ndarray
+    G: np.ndarray
+    volume: np.ndarray
+
+
+def integrand(shape: Conforming, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
+    """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
+
+    J_o = dr_o/d(x, y, z). Raises ValueError where det J_o is not positive: the reference shape folds.
+    """
+    (x0, x1), (y0, y1) = cell
+    S, S_p = shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+    J = np.einsum("ic,qip->qcp", vectors, S_p)
+    determinant = np.linalg.det(J)
+    if not np.all(determinant > 0):
+        raise ValueError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
+    return Integrand(S, S_p @ np.linalg.inv(J), rule.weights * determinant)
+
+
+def strain(Q: np.ndarray, G: np.ndarray) -> np.ndarray:
+    """Green-Lagrange strain E (e, q, 3, 3) of nodal vectors Q (e, i, 3) with G (e or 1, q, i, 3)."""
+    F = _gradient(Q, G)
+    return (F.swapaxes(-1, -2) @ F - np.eye(3)) / 2
+
+
+def _gradient(Q: np.ndarray, G: np.ndarray) -> np.ndarray:
+    """Deformation gradient F_ap (e, q, 3, 3)."""
+    return Q[:, None].swapaxes(-1, -2) @ G
+
+
+def mass(parts: Integrand, density: float) -> np.ndarray:
+    """Scalar mass matrix (i, i) in kg for position functions; the element's is this times the 3 x 3 identity."""
+    return density * (parts.S.T * parts.volume) @ parts.S
+
+
+@dataclass(frozen=True, eq=False)
+class PointElements:
+    """Elements integrated point by point: any material, any reference shape.
+
+    parts (e,): the Integrand of each element; elements may share one.
+    """
+
+    parts: tuple[Integrand, ...]
+    material: SaintVenantKirchhoff
+
+    def energy(self, Q: np.ndarray) -> float:
+        """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
+        return float(sum(volume.ravel() @ self.material.energy(strain(q, G)).ravel() for q, G, volume in self._runs(Q)))
+
+    def force(self, Q: np.ndarray) -> np.ndarray:
+        """Internal force (e, i, 3) in N for positions and N m for gradients."""
+        return np.concatenate([self._stiffening(q, G, volume) @ q for q, G, volume in self._runs(Q)])
+
+    def tangent(self, Q: np.ndarray) -> np.ndarray:
+        """Tangent K (e, i, 3, k, 3), symmetric."""
+        return np.concatenate([self._tangent(q, G, volume) for q, G, volume in self._runs(Q)])
+
+    def _runs(self, Q: np.ndarray):
+        """(Q, G, volume) of consecutive elements with equally many points, in portions that stay small."""
+        start = 0
+        while start < len(Q):
+            points = len(self.parts[start].volume)
+            most = max(1, CHUNK_BYTES // (points * 6 * 48 * 8 * 3))
+            stop = start + 1
+            while stop < min(len(Q), start + most) and len(self.parts[stop].volume) == points:
+                stop += 1
+            run = self.parts[start:stop]
+            yield Q[start:stop], np.stack([part.G for part in run]), np.stack([part.volume for part in run])
+            start = stop
+
+    def _stiffening(self, Q: np.ndarray, G: np.ndarray, volume: np.ndarray) -> np.ndarray:
+        """P_ij (e, i, j) = integral G_ip S_pr G_jr dV."""
+        S = self.material.stress(strain(Q, G)) * volume[..., None, None]
+        e, q, i, _ = G.shape
+        GS = (G @ S).swapaxes(1, 2).reshape(e, i, 3 * q)
+        return GS @ G.swapaxes(2, 3).reshape(e, 3 * q, i)
+
+    def _tangent(self, Q: np.ndarray, G: np.ndarray, volume: np.ndarray) -> np.ndarray:
+        e, q, i, _ = G.shape
+        F = _gradient(Q, G)
+        C = self.material.tangent((F.swapaxes(-1, -2) @ F - np.eye(3)) / 2) * volume[..., None, None, None, None]
+        E_q = np.einsum("eqap,eqir->eqpria", F, G).reshape(e, q, 9, 3 * i)
+        CE = C.reshape(e, q, 9, 9) @ E_q
+        K = E_q.reshape(e, 9 * q, 3 * i).swapaxes(1, 2) @ CE.reshape(e, 9 * q, 3 * i)
+        K = K.reshape(e, i, 3, i, 3)
+        P = self._stiffening(Q, G, volume)
+        for a in range(3):
+            K[:, :, a, :, a] += P
+        return K

@@ -1,0 +1,102 @@
+"""Linear functionals of the position field: its value at a point, its mean over a line, a face, a region.
+
+A functional is a row (v,) over the nodal vectors: position = row @ vectors. A dead force F spread in
+the same way is the generalised force row x F (virtual work).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ancf.element import integrand
+from ancf.mesh import Mesh
+from ancf.quadrature import Rule, gauss
+from ancf.subdomain import Band, division, element_rule, thickness_range
+
+POINTS = (5, 5, 3)
+
+
+def value_at(mesh: Mesh, x: float, y: float, z: float) -> np.ndarray:
+    """Row (v,) of the position at the reference coordinates (x, y, z)."""
+    return _combine(mesh, mesh.locate(x, y), Rule(np.array([[x, y, z]]), np.ones(1), 0), normal=None)[0]
+
+
+def mean_through_thickness(mesh: Mesh, bands: Sequence[Band], thickness: float, x: float, y: float) -> np.ndarray:
+    """Row (v,) of the mean position over the material line through (x, y)."""
+    z_min, z_max = (float(z) for z in thickness_range(bands, thickness, x, y))
+    line = gauss(POINTS[2])
+    z = (z_min + z_max) / 2 + (z_max - z_min) / 2 * line.points[:, 0]
+    points = np.stack([np.full_like(z, x), np.full_like(z, y), z], axis=1)
+    return _combine(mesh, mesh.locate(x, y), Rule(points, line.weights / 2, 0), normal=None)[0]
+
+
+def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region) -> np.ndarray:
+    """Row (v,) of the mean position over the material whose (x, y) lies in the region ((x0, x1), (y0, y1)).
+
+    Raises ValueError where the region misses the plate.
+    """
+    row, volume = np.zeros(len(mesh.vectors)), 0.0
+    for e, cell in enumerate(mesh.cells):
+        part = tuple((max(c[0], r[0]), min(c[1], r[1])) for c, r in zip(cell, region, strict=True))
+        if all(high - low > 1e-12 * (c[1] - c[0]) for (low, high), c in zip(part, cell, strict=True)):
+            piece, amount = _volume_row(mesh, e, element_rule(part, bands, thickness, POINTS))
+            row += piece
+            volume += amount
+    if volume == 0:
+        raise ValueError(f"the region {region} misses the plate")
+    return row / volume
+
+
+def mean_over_edge(mesh: Mesh, bands: Sequence[Band], thickness: float, edge: str) -> np.ndarray:
+    """Row (v,) of the mean position over the material face of the edge x0, x1, y0 or y1."""
+    axis = "xy".index(edge[0])
+    at = (mesh.x_lines, mesh.y_lines)[axis][0 if edge[1] == "0" else -1]
+    row, area = np.zeros(len(mesh.vectors)), 0.0
+    for e, cell in enumerate(mesh.cells):
+        if at in cell[axis]:
+            piece, amount = _combine(mesh, e, _face_rule(cell, bands, thickness, axis, float(at)), normal=axis)
+            row += piece
+            area += amount
+    return row / area
+
+
+def _face_rule(cell, bands, thickness: float, axis: int, at: float) -> Rule:
+    """Rule over the face of a cell at a constant coordinate: its weights are d(other coordinate) dz."""
+    lines, across = division(cell, bands)[1 - axis], gauss(POINTS[0])
+    through = gauss(POINTS[2])
+    half = np.diff(lines)[:, None] / 2
+    s = (lines[:-1, None] + half * (1 + across.points[:, 0])).ravel()
+    weights = (half * across.weights).ravel()
+    x, y = (np.full_like(s, at), s) if axis == 0 else (s, np.full_like(s, at))
+    z_min, z_max = thickness_range(bands, thickness, x, y)
+    h = ((z_max - z_min) / 2)[:, None]
+    z = z_min[:, None] + h * (1 + through.points[:, 0])
+    points = np.stack([np.repeat(x, len(through.weights)), np.repeat(y, len(through.weights)), z.ravel()], axis=1)
+    return Rule(points, (weights[:, None] * h * through.weights).ravel(), 0)
+
+
+def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
+    """Integral of the shape functions of element e by volume as a row (v,), and the volume."""
+    part = integrand(mesh.shape, rule, mesh.cells[e], mesh.vectors[mesh.connectivity[e]])
+    row = np.zeros(len(mesh.vectors))
+    row[mesh.connectivity[e]] = part.volume @ part.S
+    return row, float(part.volume.sum())
+
+
+def _combine(mesh: Mesh, e: int, rule: Rule, normal: int | None) -> tuple[np.ndarray, float]:
+    """Weighted sum of the shape functions as a row (v,), and the sum of the weights.
+
+    normal: axis that the rule holds constant; its weights are then multiplied by the area of the
+    parallelogram of the two other reference derivatives.
+    """
+    (x0, x1), (y0, y1) = mesh.cells[e]
+    S, S_p = mesh.shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+    weights = rule.weights
+    if normal is not None:
+        J = np.einsum("ic,qip->qpc", mesh.vectors[mesh.connectivity[e]], S_p)
+        weights = weights * np.linalg.norm(np.cross(J[:, 1 - normal], J[:, 2]), axis=1)
+    row = np.zeros(len(mesh.vectors))
+    row[mesh.connectivity[e]] = weights @ S
+    return row, float(weights.sum())

@@ -1,0 +1,131 @@
+"""Equilibrium: Newton's method with a stated tolerance and named failures.
+
+A residual has converged when its size in newtons (gradients divided by their lengths, see `System`)
+is at most TOLERANCE times the largest of the forces that balance in it, or round-off of the internal
+force of the undeformed plate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ancf.linear_solver import LinearSolver, SingularMatrix, Solve
+from ancf.system import System
+
+TOLERANCE = 1e-9
+FULL_LIMIT = 40
+OLD_LIMIT = 80
+REFRESH = 0.4
+SMALLEST_CUT = 2.0**-10
+
+OK = "ok"
+DIVERGED = "newton_diverged"
+SINGULAR = "singular_tangent"
+NOT_FINITE = "not_finite"
+
+
+class Balance(NamedTuple):
+    """Residual (u,) of an equilibrium, and the size (N) of the largest force in it."""
+
+    residual: np.ndarray
+    scale: float
+
+
+class Correction(NamedTuple):
+    """Where Newton ended: q (3 v,), status, iterations, factorisations, and the factor it used last."""
+
+    q: np.ndarray
+    status: str
+    iterations: int
+    factorisations: int
+    factor: Solve | None
+
+
+def correct(
+    system: System,
+    solver: LinearSolver,
+    q: np.ndarray,
+    balance: Callable[[np.ndarray], Balance],
+    jacobian: Callable[[np.ndarray], np.ndarray],
+    factor: Solve | None = None,
+    reuse: bool = False,
+) -> Correction:
+    """Solve balance(q).residual = 0 from q.
+
+    balance: residual = loads - what resists. jacobian(q): values (nnz,) of minus its derivative.
+    reuse: keep a factorisation, also the one handed over, as long as each iteration with it divides
+    the residual by 1 / REFRESH at least; otherwise every iteration has its own.
+    """
+    q, free = q.copy(), system.assembly.free
+    iterations = factorisations = 0
+    residual, scale = balance(q)
+    norm = system.norm(residual)
+    factor = factor if reuse else None
+
+    def ended(status: str) -> Correction:
+        return Correction(q, status, iterations, factorisations, factor)
+
+    while not norm <= max(TOLERANCE * scale, system.body.force_floor):
+        if not np.isfinite(norm):
+            return ended(NOT_FINITE)
+        if iterations == (OLD_LIMIT if reuse else FULL_LIMIT):
+            return ended(DIVERGED)
+        if factor is None:
+            try:
+                factor = solver.factorise(jacobian(q))
+            except SingularMatrix:
+                return ended(SINGULAR)
+            factorisations += 1
+        q[free] += factor(residual)
+        iterations += 1
+        residual, scale = balance(q)
+        last, norm = norm, system.norm(residual)
+        if not reuse or not norm <= REFRESH * last:
+            factor = None
+    return ended(OK)
+
+
+class Path(NamedTuple):
+    """Equilibrium reached at the load parameter t: q (3 v,), status, steps, iterations."""
+
+    t: float
+    q: np.ndarray
+    status: str
+    steps: int
+    iterations: int
+
+
+def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, until: float, step: float) -> Path:
+    """Follow the static equilibrium from q at t to `until` by load steps.
+
+    A step that fails is halved, down to SMALLEST_CUT of the given one; after a success it doubles
+    again up to that. The status is that of the last failure where the path could not be followed.
+    """
+    cut, steps, iterations = 1.0, 0, 0
+    while t < until - 1e-12 * step:
+        target = min(t + cut * step, until)
+        target = until if until - target < 1e-9 * step else target
+        found = correct(system, solver, q, _statics(system, target), system.tangent)
+        iterations += found.iterations
+        if found.status == OK:
+            t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
+        elif cut > SMALLEST_CUT:
+            cut /= 2
+        else:
+            return Path(t, q, found.status, steps, iterations)
+    return Path(until, q, OK, steps, iterations)
+
+
+def _statics(system: System, t: float) -> Callable[[np.ndarray], Balance]:
+    """F(t) - f(q)."""
+    external = system.force_external(t)
+    size = system.norm(external)
+
+    def balance(q: np.ndarray) -> Balance:
+        internal = system.force_internal(q)
+        return Balance(external - internal, max(size, system.norm(internal)))
+
+    return balance

@@ -1,0 +1,274 @@
+"""St. Venant-Kirchhoff elements as a quadratic form of their Gram matrix, integrated once.
+
+With Q (i, 3) the nodal vectors of an element, D = Q Q^T its Gram matrix and G_ip = dS_i/dX_p, the
+Green-Lagrange strain is linear in D,
+
+    E_pr = 1/2 G_ip G_jr (D - D0)_ij,
+
+so the energy of a St. Venant-Kirchhoff solid is a quadratic form of D with a constant tensor
+
+    A_ijkn = integral G_ip G_jr C_prst G_ks G_nt dV,
+    P = 1/2 A : (D - D0),    U = 1/4 (D - D0) : P,
+    f_ia = P_ij Q_ja,        df_ia/dQ_kb = P_ik delta_ab + A_ijkn Q_ja Q_nb.
+
+All rules, subdomains and grooves are spent when A is integrated; elements of equal shape and groove
+share it, and the whole mesh is a few matrix products.
+
+Pairs: D, P and A are symmetric in (i, j), so 136 pairs of 16 functions suffice. The tangent maps the
+matrices Q_ja Q_nb (j, n) to matrices (i, k) and commutes with transposition, so it splits into a
+symmetric part on 136 pairs and an antisymmetric part on 120. Pairs i < k come first, then i = k.
+
+Positions are measured from the element's first node: A does not see a translation, and small
+numbers lose no digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from ancf.element import Integrand
+from ancf.material import SaintVenantKirchhoff
+
+DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+CHUNK = 256
+VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class Pairs:
+    """Pairs (i <= k) of n functions: first and second index (m,), and the pair of each (i, k) (n, n).
+
+    weight (m,): 1/2 where i = k, else 1. crossed: number of pairs with i < k, which come first.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    of: np.ndarray
+    weight: np.ndarray
+    crossed: int
+
+
+@lru_cache(maxsize=8)
+def pairs(n: int) -> Pairs:
+    """The pairs of n functions."""
+    off = np.triu_indices(n, 1)
+    first, second = (np.concatenate([index, np.arange(n)]) for index in off)
+    of = np.empty((n, n), dtype=np.intp)
+    of[first, second] = of[second, first] = np.arange(len(first))
+    return Pairs(first, second, of, np.where(first == second, 0.5, 1.0), len(off[0]))
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticForm:
+    """Tensors of one element shape; rows and columns are pairs, all applied from the right.
+
+    D0 (m,): Gram matrix of the reference shape. stress (m, m): P = (D - D0) stress. symmetric (m, m)
+    and antisymmetric (m', m'): the two parts of the tangent, m' = pairs with i < k.
+    """
+
+    D0: np.ndarray
+    stress: np.ndarray
+    symmetric: np.ndarray
+    antisymmetric: np.ndarray
+
+
+def quadratic_form(
+    parts: Integrand, material: SaintVenantKirchhoff, vectors: np.ndarray, positions: tuple[int, ...]
+) -> QuadraticForm:
+    """Integrate A over one undeformed element with reference nodal vectors (i, 3).
+
+    positions: which of them are positions (their functions sum to one).
+    """
+    n = parts.G.shape[1]
+    pair = pairs(n)
+    A = _integrate(parts, material, pair)
+    full = A[pair.of[:, :, None, None], pair.of].transpose(0, 2, 1, 3)
+    straight = full[pair.first, pair.second][:, pair.first, pair.second]
+    swapped = full[pair.first, pair.second][:, pair.second, pair.first]
+    off = slice(pair.crossed)
+    Q = from_first_node(vectors[None], positions)[0]
+    return QuadraticForm(
+        D0=np.einsum("ma,ma->m", Q[pair.first], Q[pair.second]),
+        stress=pair.weight[:, None] * A,
+        symmetric=pair.weight[:, None] * (straight + swapped) / 2,
+        antisymmetric=np.ascontiguousarray((straight - swapped)[off, off] / 2),
+    )
+
+
+def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) -> np.ndarray:
+    """A (m, m), symmetrised in each pair."""
+    first, second = parts.G[:, pair.first], parts.G[:, pair.second]
+    E_m = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=-1)
+    C = material.tangent(np.zeros((3, 3)))
+    C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT])
+    both = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+    weighted = E_m @ (C_voigt * both * both[:, None]) * parts.volume[:, None, None]
+    m = len(pair.first)
+    return E_m.transpose(1, 0, 2).reshape(m, -1) @ weighted.transpose(1, 0, 2).reshape(m, -1).T
+
+
+def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:
+    """Nodal vectors (e, i, 3) with the positions measured from the element's first node; a copy."""
+    Q = Q.copy()
+    Q[:, positions] -= Q[:, positions[:1]]
+    return Q
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Consecutive elements `e` (slice) that share one form, or have one each (slice `forms`)."""
+
+    e: slice
+    forms: slice
+
+    def apply(self, vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray) -> None:
+        """out (e, ..., m) = vectors (e, ..., m) times the tensors (g, m, m) of this run."""
+        x, y, tensor = vectors[self.e], out[self.e], tensors[self.forms]
+        m = tensor.shape[-1]
+        if len(tensor) == 1:
+            np.matmul(x.reshape(-1, m), tensor[0], out=y.reshape(-1, m))
+        else:
+            shape = (len(tensor), -1, m)
+            np.matmul(x.reshape(shape), tensor, out=y.reshape(shape))
+
+
+def element_order(form_of: np.ndarray) -> np.ndarray:
+    """Permutation (e,) that puts equal forms side by side within each portion of CHUNK elements."""
+    return np.lexsort((form_of, np.arange(len(form_of)) // CHUNK))
+
+
+def _runs(form_of: np.ndarray) -> list[Run]:
+    """Runs of one portion, in order."""
+    starts = np.flatnonzero(np.r_[True, np.diff(form_of) != 0])
+    stops = np.r_[starts[1:], len(form_of)]
+    runs: list[Run] = []
+    for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
+        g = int(form_of[start])
+        last = runs[-1] if runs else None
+        alone = stop - start == 1
+        if alone and last and last.forms.stop == g and last.e.stop - last.e.start == last.forms.stop - last.forms.start:
+            runs[-1] = Run(slice(last.e.start, stop), slice(last.forms.start, g + 1))
+        else:
+            runs.append(Run(slice(start, stop), slice(g, g + 1)))
+    return runs
+
+
+@dataclass(frozen=True, eq=False)
+class QuadraticElements:
+    """Elements evaluated through their quadratic forms, in portions that fit the cache.
+
+    D0 (g, m), stress (g, m, m), symmetric (g, m, m), antisymmetric (g, m', m') of each distinct form;
+    form_of (e,): the form of each element, in the order of `element_order`. positions: as in
+    `quadratic_form`. The work arrays are reused from call to call: an instance is not for two threads.
+    """
+
+    D0: np.ndarray
+    stress: np.ndarray
+    symmetric: np.ndarray
+    antisymmetric: np.ndarray
+    form_of: np.ndarray
+    functions: int
+    positions: tuple[int, ...]
+
+    def energy(self, Q: np.ndarray) -> float:
+        """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
+        weight = pairs(self.functions).weight
+        total = 0.0
+        for chunk, runs, work in self._portions:
+            _, strain, P = self._stress(Q[chunk], runs, work)
+            total += 0.5 * float(np.einsum("em,em,m->", strain, P, weight))
+        return total
+
+    def force(self, Q: np.ndarray) -> np.ndarray:
+        """Internal force (e, i, 3) in N for positions and N m for gradients."""
+        n, pair = self.functions, pairs(self.functions)
+        force = np.empty_like(Q)
+        for chunk, runs, work in self._portions:
+            _, _, P = self._stress(Q[chunk], runs, work)
+            full = P.take(pair.of.ravel(), axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
+            np.matmul(full.reshape(-1, n, n), work["Q"], out=force[chunk])
+        return force
+
+    def tangent(self, Q: np.ndarray):
+        """Yield the packed tangents portion by portion; see `packing`. The array is reused."""
+        for chunk, runs, work in self._portions:
+            Q_c, _, P = self._stress(Q[chunk], runs, work)
+            self._tangent(Q_c, P, runs, work)
+            yield work["packed"]
+
+    def _stress(self, Q, runs, work):
+        """Q from the first node, D - D0 (e, m) and P (e, m) of one portion."""
+        n, pair = self.functions, pairs(self.functions)
+        np.copyto(work["Q"], Q)
+        Q = work["Q"]
+        Q[:, self.positions] -= Q[:, self.positions[:1]]
+        np.matmul(Q, Q.swapaxes(1, 2), out=work["gram"])
+        D = work["gram"].reshape(-1, n * n).take(pair.first * n + pair.second, axis=1, out=work["D"], mode="clip")
+        D -= work["D0"]
+        for run in runs:
+            run.apply(D, self.stress, work["P"])
+        return Q, D, work["P"]
+
+    def _tangent(self, Q, P, runs, work):
+        """Fill the packed tangents of one portion."""
+        pair = pairs(self.functions)
+        c = pair.crossed
+        rows = np.ascontiguousarray(Q.swapaxes(1, 2))
+        left = rows.take(pair.first, axis=2, out=work["left"], mode="clip")
+        right = rows.take(pair.second, axis=2, out=work["right"], mode="clip")
+        even, odd, swapped = work["even"], work["odd"], work["D"]
+        np.multiply(left, right, out=even[:, :3])
+        even[:, :3] *= 2.0
+        for k, (a, b) in enumerate(DIRECTIONS[3:]):
+            np.multiply(left[:, a], right[:, b], out=even[:, 3 + k])
+            np.multiply(right[:, a], left[:, b], out=swapped)
+            np.subtract(even[:, 3 + k, :c], swapped[:, :c], out=odd[:, k])
+            even[:, 3 + k] += swapped
+        upper, lower, odd_part = work["upper"], work["lower"], work["odd part"]
+        for run in runs:
+            run.apply(even, self.symmetric, upper)
+            run.apply(odd, self.antisymmetric, odd_part)
+        upper[:, :3] += P[:, None]
+        np.subtract(upper[:, 3:, :c], odd_part, out=lower)
+        upper[:, 3:, :c] += odd_part
+
+    @cached_property
+    def _portions(self) -> list[tuple[slice, list[Run], dict[str, np.ndarray]]]:
+        """(elements, runs, work arrays) of each portion; portions of equal size share work arrays but D0."""
+        shared: dict[int, dict[str, np.ndarray]] = {}
+        portions = []
+        for start in range(0, len(self.form_of), CHUNK):
+            forms = self.form_of[start : start + CHUNK]
+            work = shared.setdefault(len(forms), _work(len(forms), self.functions))
+            portions.append((slice(start, start + len(forms)), _runs(forms), work | {"D0": self.D0[forms]}))
+        return portions
+
+
+def _work(e: int, n: int) -> dict[str, np.ndarray]:
+    """Work arrays of a portion of e elements."""
+    m, c = len(pairs(n).first), pairs(n).crossed
+    packed = np.empty(e * (6 * m + 3 * c))
+    shapes = {"Q": (n, 3), "gram": (n, n), "D": (m,), "P": (m,), "left": (3, m), "right": (3, m)}
+    shapes |= {"even": (6, m), "odd": (3, c), "odd part": (3, c)}
+    work = {name: np.empty((e, *shape)) for name, shape in shapes.items()}
+    upper, lower = packed[: e * 6 * m].reshape(e, 6, m), packed[e * 6 * m :].reshape(e, 3, c)
+    return work | {"packed": packed, "upper": upper, "lower": lower}
+
+
+def packing(n: int) -> tuple[np.ndarray, np.ndarray, int]:
+    """Row and column (3 i + a) of each entry of a packed tangent of n functions, and where its second part begins.
+
+    A tangent is symmetric: its distinct entries are the blocks (a, b) of DIRECTIONS for all pairs
+    (i <= k), and for a < b also the entries (k, i) of the pairs i < k. A portion of elements stores
+    the first part of all of them, then the second part of all of them.
+    """
+    pair = pairs(n)
+    c = pair.crossed
+    parts = [(pair.first, pair.second, a, b) for a, b in DIRECTIONS]
+    parts += [(pair.second[:c], pair.first[:c], a, b) for a, b in DIRECTIONS[3:]]
+    rows = np.concatenate([3 * i + a for i, _, a, _ in parts])
+    columns = np.concatenate([3 * k + b for _, k, _, b in parts])
+    return rows, columns, 6 * len(pair.first)

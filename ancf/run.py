@@ -1,0 +1,271 @@
+"""Scene and level -> Result: what this solver makes of each word of a scene.
+
+Readings chosen here
+- Point load: spread over the material line through the thickness; edge and patch loads uniform over
+  the kept area or volume.
+- Clamp "all": the twelve coordinates of each node on the edge. "tangential": r, r_z and the gradient
+  along the edge.
+- Angular velocity turns about the mass centre, whose velocity is `velocity`.
+- The time step is the largest that divides the time between two outputs and is not longer than the level's.
+- The global rule (Eq. 7) also integrates the mass.
+"""
+
+from __future__ import annotations
+
+import resource
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancf.functional import mean_over_edge, mean_over_region, mean_through_thickness, value_at
+from ancf.integrate import SCHEMES, advance, initial_state
+from ancf.linear_solver import LinearSolver, SingularMatrix
+from ancf.loads import Load, gravity, spread
+from ancf.material import from_engineering
+from ancf.mesh import Mesh, grid
+from ancf.newton import OK, SINGULAR, equilibrium
+from ancf.nurbs import Curve, Surface
+from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
+from ancf.supports import clamp
+from ancf.system import Body, System, body, system
+from compare.result import Result
+from compare.scene import AncfLevel, Scene
+from compare.scene import Band as SceneBand
+
+SOLVER = "ancf"
+VERSION = "0.1.0"
+Progress = Callable[[float], None] | None
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A scene unpacked: geometry, body, system, probes as rows (p, v)."""
+
+    mesh: Mesh
+    bands: tuple[Band, ...]
+    body: Body
+    system: System
+    probes: np.ndarray
+
+
+@dataclass
+class History:
+    """What is written down at each output time."""
+
+    times: list[float]
+    displacement: list[np.ndarray]
+    kinetic: list[float]
+    strain: list[float]
+    external: list[float]
+    steps: int = 0
+    iterations: int = 0
+    factorisations: int = 0
+    status: str = OK
+
+
+def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
+    """Solve the scene at one resolution; `progress` is called with the fraction of the time that is done.
+
+    A solve that fails returns what it reached, under the name of the failure. Raises ValueError where
+    the scene cannot be modelled: a groove that leaves no material, a region beside the plate.
+    """
+    started, cpu = time.perf_counter(), time.process_time()
+    model = build(scene, level)
+    with np.errstate(over="ignore", invalid="ignore"):
+        run = _statics if scene.analysis.kind == "static" else _dynamics
+        history, _ = run(scene, level, model, progress)
+    return Result(
+        scene=scene.physics(),
+        solver=SOLVER,
+        version=VERSION,
+        level=level.model_dump(mode="json"),
+        h=_edge_length(model.mesh),
+        unknowns=model.system.unknowns,
+        times=np.array(history.times),
+        probes=tuple(probe.name for probe in scene.probes),
+        probe_position=model.probes @ model.mesh.vectors,
+        displacement=np.array(history.displacement),
+        energies={kind: np.array(getattr(history, kind)) for kind in ("kinetic", "strain", "external")},
+        status=history.status,
+        message=_message(history),
+        seconds=time.perf_counter() - started,
+        cpu_seconds=time.process_time() - cpu,
+        peak_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        steps=history.steps,
+        newton_iterations=history.iterations,
+        facts={
+            "volume": model.body.volume,
+            "mass": float(model.body.mass_row[model.mesh.kinds == "r"].sum()),
+            "elements": len(model.mesh.connectivity),
+            "distinct_elements": model.body.shapes,
+            "factorisations": history.factorisations,
+        },
+    )
+
+
+def _message(history: History) -> str:
+    if history.status == OK:
+        return ""
+    return f"{history.status} after t = {history.times[-1]:.6g} s and {history.steps} steps"
+
+
+def build(scene: Scene, level: AncfLevel) -> Model:
+    """Mesh, integrate and assemble the scene."""
+    mesh = _mesh(scene, level)
+    bands = _bands(scene)
+    material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
+    density = scene.material.density or 0.0
+    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration)
+    held = np.zeros(3 * len(mesh.vectors), dtype=bool)
+    for support in scene.supports:
+        held |= clamp(mesh, support.edge, support.gradients)
+    loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
+    probes = np.stack([_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes])
+    return Model(mesh, bands, plate, system(plate, held, loads, scene.thickness), probes)
+
+
+def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
+    surface = None
+    if scene.surface.kind == "nurbs":
+        patch = scene.surface
+        surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
+    lines = (np.linspace(*span, count + 1) for span, count in zip(scene.surface.span, level.mesh, strict=True))
+    return grid(*lines, surface)
+
+
+def _bands(scene: Scene) -> tuple[Band, ...]:
+    grooves = [_band(band, GROOVE) for band in scene.grooves]
+    return (*grooves, *(_band(band, PROTRUSION) for band in scene.protrusions))
+
+
+def _band(band: SceneBand, sign: int) -> Band:
+    profile = band.profile
+    section = band.depth
+    if profile is not None:
+        section = Curve(profile.degree, profile.knots, profile.control_points, profile.weights)
+    face = BOTTOM if band.face == "bottom" else TOP
+    along = {} if band.extent is None else {"extent": band.extent}
+    return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
+
+
+def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load:
+    if load.kind == "gravity":
+        return gravity(plate.mass_row, load.acceleration, load.history)
+    if load.kind == "point":
+        row = mean_through_thickness(mesh, bands, thickness, *load.at)
+    elif load.kind == "edge":
+        row = mean_over_edge(mesh, bands, thickness, load.edge)
+    else:
+        row = mean_over_region(mesh, bands, thickness, load.region)
+    return spread(row, load.force, load.history)
+
+
+def _probe(probe, mesh: Mesh, bands, thickness: float) -> np.ndarray:
+    if hasattr(probe, "region"):
+        return mean_over_region(mesh, bands, thickness, probe.region)
+    return value_at(mesh, *probe.at)
+
+
+def _output_times(scene: Scene) -> np.ndarray:
+    """0, every, 2 every, ... until."""
+    until, every = scene.analysis.until, scene.analysis.every
+    count = int(np.ceil(until / every - 1e-9))
+    return np.minimum(every * np.arange(count + 1), until)
+
+
+def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
+    q = model.mesh.vectors.ravel().copy()
+    acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
+    times = _output_times(scene)
+    history = History([], [], [], [], [])
+    work = 0.0
+    start = equilibrium(acting, solver, q, -1.0, 0.0, 1.0) if acting.force_external(0.0).any() else None
+    if start is not None:
+        history.status, q = start.status, start.q
+    _record(history, model, 0.0, q, np.zeros_like(q), work)
+    for t0, t1 in zip(times[:-1], times[1:], strict=True):
+        if history.status != OK:
+            break
+        path = equilibrium(acting, solver, q, t0, t1, level.time_step)
+        work += float((acting.loads_total(t0) + acting.loads_total(t1)) @ (path.q - q)) / 2
+        history.steps += path.steps
+        history.iterations += path.iterations
+        history.status, q = path.status, path.q
+        if path.status == OK:
+            _record(history, model, float(t1), q, np.zeros_like(q), work)
+            _tell(progress, t1 / times[-1])
+    return history, q
+
+
+def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
+    q = model.mesh.vectors.ravel().copy()
+    acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
+    history = History([], [], [], [], [])
+    try:
+        state = initial_state(acting, solver, q, _initial_velocity(scene, model))
+    except SingularMatrix:
+        history.status = SINGULAR
+        _record(history, model, 0.0, q, np.zeros_like(q), 0.0)
+        return history, q
+    times, scheme, factor = _output_times(scene), SCHEMES[level.integrator], None
+    _record(history, model, 0.0, state.q, state.v, 0.0)
+    old_dt = 0.0
+    for t0, t1 in zip(times[:-1], times[1:], strict=True):
+        dt = (t1 - t0) / np.ceil((t1 - t0) / level.time_step - 1e-9)
+        factor = factor if abs(dt - old_dt) < 1e-9 * dt else None
+        motion = advance(acting, solver, scheme, state, float(t1), dt, factor)
+        state, factor, old_dt = motion.state, motion.factor, dt
+        history.steps += motion.steps
+        history.iterations += motion.iterations
+        history.factorisations += motion.factorisations
+        history.status = motion.status
+        if motion.status != OK:
+            break
+        _record(history, model, float(t1), state.q, state.v, state.work)
+        _tell(progress, t1 / times[-1])
+    return history, state.q
+
+
+def _record(history: History, model: Model, t: float, q: np.ndarray, v: np.ndarray, work: float) -> None:
+    kinetic, strain = model.system.energies(q, v)
+    history.times.append(t)
+    history.displacement.append(model.probes @ (q.reshape(-1, 3) - model.mesh.vectors))
+    history.kinetic.append(kinetic)
+    history.strain.append(strain)
+    history.external.append(work)
+
+
+def _tell(progress: Progress, fraction: float) -> None:
+    if progress is not None:
+        progress(float(fraction))
+
+
+def _initial_velocity(scene: Scene, model: Model) -> np.ndarray:
+    """Components (3 v,) of a rigid velocity; held components rest."""
+    mesh, v = model.mesh, np.zeros((len(model.mesh.vectors), 3))
+    if scene.initial is not None:
+        is_position = (mesh.kinds == "r")[:, None]
+        centre = model.body.mass_row @ mesh.vectors / model.body.mass_row[mesh.kinds == "r"].sum()
+        arms = mesh.vectors - is_position * centre
+        v = np.cross(scene.initial.angular_velocity, arms) + is_position * np.array(scene.initial.velocity)
+    v = v.ravel()
+    v[model.system.assembly.unknown_of < 0] = 0.0
+    return v
+
+
+def _edge_length(mesh: Mesh) -> float:
+    """Longest element edge (m), measured along the straight lines between its corners."""
+    corners = mesh.element_vectors[:, mesh.shape.positions]
+    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
+
+
+def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
+    """Size of the solve and what is and is not modelled, without solving."""
+    nx, ny = level.mesh
+    held = sum(4 * (level.mesh[1 - "xy".index(s.edge[0])] + 1) for s in scene.supports)
+    unknowns = 12 * (nx + 1) * (ny + 1) - 3 * held
+    band = 12 * (min(nx, ny) + 2) + 12
+    memory = 60 + 8e-6 * (2 * unknowns * band + 2400 * nx * ny)
+    return {"unknowns": unknowns, "elements": nx * ny, "memory_mb": memory, "modelled": [], "left_out": []}

@@ -1,0 +1,198 @@
+"""All that acts on the plate, summed: inertia, internal forces, loads, supports."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from ancf.assembly import Assembly, Pattern, assembly
+from ancf.element import Integrand, PointElements, integrand, mass
+from ancf.loads import Load
+from ancf.material import SaintVenantKirchhoff
+from ancf.mesh import Mesh
+from ancf.quadratic_form import CHUNK, QuadraticElements, element_order, from_first_node, quadratic_form
+from ancf.subdomain import Band, element_rule, signature
+
+MOST_FORM_BYTES = 1_500_000_000
+ROUND_OFF = 1e-13
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A meshed plate without supports and loads.
+
+    elements: force and tangent. connectivity (e, i) in the order of the elements. mass (v, v): scalar
+    mass matrix in kg, which acts on each space component alike. mass_row (v,): integral of rho S.
+    volume in m3 and the number of distinct element shapes. force_floor (N): round-off of the
+    internal force at rest.
+    """
+
+    mesh: Mesh
+    elements: QuadraticElements | PointElements
+    connectivity: np.ndarray
+    mass: sp.csr_matrix
+    mass_row: np.ndarray
+    volume: float
+    shapes: int
+    force_floor: float
+
+
+@dataclass(frozen=True, eq=False)
+class System:
+    """A body with held components and loads. q, v and a are components (3 v,); sums over unknowns are (u,).
+
+    mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
+    to become a force in N: 1 for positions, element sides for r_x and r_y, half the thickness for r_z.
+    """
+
+    body: Body
+    assembly: Assembly
+    loads: tuple[Load, ...]
+    mass_values: np.ndarray
+    lengths: np.ndarray
+
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns."""
+        return len(self.assembly.free)
+
+    def force_internal(self, q: np.ndarray) -> np.ndarray:
+        """Internal force (u,)."""
+        return self.assembly.vector(self.body.elements.force(self.assembly.gather(q)))[self.assembly.free]
+
+    def force_external(self, t: float) -> np.ndarray:
+        """Dead loads (u,) at time t."""
+        return self.loads_total(t)[self.assembly.free]
+
+    def loads_total(self, t: float) -> np.ndarray:
+        """Dead loads (3 v,) at time t, those on held components included."""
+        total = np.zeros(3 * len(self.body.mesh.vectors))
+        for load in self.loads:
+            total += load.factor(t) * load.force
+        return total
+
+    def tangent(self, q: np.ndarray) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force."""
+        return self.assembly.matrix(self.body.elements.tangent(self.assembly.gather(q)))
+
+    def inertia(self, a: np.ndarray) -> np.ndarray:
+        """M a (u,) of accelerations (3 v,)."""
+        return (self.body.mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
+
+    def energies(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
+        """Kinetic and strain energy in J."""
+        v = v.reshape(-1, 3)
+        kinetic = 0.5 * float(np.sum(v * (self.body.mass @ v)))
+        return kinetic, self.body.elements.energy(self.assembly.gather(q))
+
+    def norm(self, residual: np.ndarray) -> float:
+        """Size of a residual (u,) in N."""
+        return float(np.linalg.norm(residual / self.lengths))
+
+
+def body(
+    mesh: Mesh,
+    bands: Sequence[Band],
+    thickness: float,
+    material: SaintVenantKirchhoff,
+    density: float,
+    points: tuple[int, int, int],
+    integration: str = "subdomain",
+    pointwise: bool = False,
+) -> Body:
+    """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
+
+    Two shapes are equal when their Gram matrices agree: they then differ by a rigid motion, which an
+    isotropic material does not see. pointwise: keep the points instead of the tensors; so are meshes
+    of very many distinct elements. Raises ValueError where a groove leaves no material or a reference
+    shape folds.
+    """
+    vectors = mesh.element_vectors
+    form_of, first = _distinct(mesh, bands, vectors)
+    parts = [
+        integrand(
+            mesh.shape, element_rule(mesh.cells[e], bands, thickness, points, integration), mesh.cells[e], vectors[e]
+        )
+        for e in first
+    ]
+    pointwise = pointwise or len(parts) * 53_000 * 8 > MOST_FORM_BYTES
+    order = np.arange(len(form_of)) if pointwise else element_order(form_of)
+    form_of, connectivity = form_of[order], mesh.connectivity[order]
+    if pointwise:
+        elements = PointElements(tuple(parts[g] for g in form_of), material)
+    else:
+        elements = _pre_integrated(parts, material, vectors[first], form_of, mesh)
+    scalar = _mass_matrix(parts, form_of, connectivity, len(mesh.vectors), density)
+    volumes = np.array([part.volume.sum() for part in parts])
+    is_position = (mesh.kinds == "r").astype(float)
+    stiffness = material.lame + 2 * material.shear
+    area = float(volumes[form_of].sum()) ** (2 / 3)
+    return Body(
+        mesh,
+        elements,
+        connectivity,
+        scalar,
+        scalar @ is_position,
+        float(volumes[form_of].sum()),
+        len(parts),
+        ROUND_OFF * stiffness * area,
+    )
+
+
+def _distinct(mesh: Mesh, bands: Sequence[Band], vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Number of each element's shape (e,), and the first element of each shape (g,)."""
+    Q = from_first_node(vectors, mesh.shape.positions)
+    gram = Q @ Q.swapaxes(1, 2)
+    rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
+    keys = [(signature(cell, bands), row.tobytes()) for cell, row in zip(mesh.cells, rounded, strict=True)]
+    number: dict = {}
+    form_of = np.array([number.setdefault(key, len(number)) for key in keys])
+    return form_of, np.unique(form_of, return_index=True)[1]
+
+
+def _pre_integrated(parts, material, vectors, form_of, mesh: Mesh) -> QuadraticElements:
+    forms = [quadratic_form(part, material, Q, mesh.shape.positions) for part, Q in zip(parts, vectors, strict=True)]
+    tensors = (
+        np.stack([getattr(form, name) for form in forms]) for name in ("D0", "stress", "symmetric", "antisymmetric")
+    )
+    return QuadraticElements(*tensors, form_of, len(mesh.shape.kinds), mesh.shape.positions)
+
+
+def _mass_matrix(parts: list[Integrand], form_of, connectivity, vectors: int, density: float) -> sp.csr_matrix:
+    """Scalar mass matrix (v, v) in kg."""
+    values = np.stack([mass(part, density) for part in parts])[form_of]
+    rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
+    return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
+
+
+def system(plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float) -> System:
+    """The body with held components (3 v,) and loads."""
+    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held, CHUNK)
+    mesh = plate.mesh
+    sides = {
+        "r": 1.0,
+        "r_x": np.ptp(mesh.x_lines) / (len(mesh.x_lines) - 1),
+        "r_y": np.ptp(mesh.y_lines) / (len(mesh.y_lines) - 1),
+        "r_z": thickness / 2,
+    }
+    lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
+    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths)
+
+
+def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:
+    """Values (nnz,) of the mass matrix, scalar x 1, on the pattern of the tangent."""
+    full = sp.kron(scalar, sp.eye_array(3), format="csc")[sums.free][:, sums.free]
+    lower = sp.tril(full, format="csc")
+    lower.sort_indices()
+    n = sums.pattern.n
+    values = np.zeros(len(sums.pattern.indices))
+    values[np.searchsorted(_keys(sums.pattern, n), _keys(lower, n))] = lower.data
+    return values
+
+
+def _keys(matrix: Pattern | sp.csc_matrix, n: int) -> np.ndarray:
+    columns = np.repeat(np.arange(n, dtype=np.int64), np.diff(matrix.indptr))
+    return columns * n + matrix.indices

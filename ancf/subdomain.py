@@ -11,7 +11,7 @@ normal in m. On a curved mid-surface the weights are dx dy dz and the caller mul
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ancf.nurbs import Curve, curve_derivatives, invert
-from ancf.quadrature import NO_PROMISE, Rule, gauss
+from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
 
 ROUND_OFF = 1e-12
 BOTTOM, TOP = -1, 1
@@ -63,15 +63,14 @@ class Band:
 
 
 @dataclass(frozen=True, eq=False)
-class _Strip:
-    """One interval of a divided axis: its points (q,), weights (q,), and what the bands do there.
+class _Axis:
+    """One axis of a cell, or one interval of it: where it is integrated, and what the b bands do there.
 
-    inside (b,): whether the strip lies within each band's limits. depth (b, q): depth of the
-    section of each band that this axis crosses, 0 for the others.
+    rule: q points in 1-D. inside (b, q): whether a point lies within the band's limits on this
+    axis. depth (b, q): depth of the section of a band that this axis crosses, 0 for the others.
     """
 
-    points: np.ndarray
-    weights: np.ndarray
+    rule: Rule
     inside: np.ndarray
     depth: np.ndarray
 
@@ -88,7 +87,8 @@ def thickness_range(
     at = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
     covers = [_within(at[0], band.limits(0)) & _within(at[1], band.limits(1)) for band in bands]
     depths = [_depth(band, at[band.across]) for band in bands]
-    return _faces(bands, thickness, covers, depths, at[0].shape)
+    z_min, z_max = _faces(bands, thickness, covers, depths)
+    return np.broadcast_to(z_min, at[0].shape), np.broadcast_to(z_max, at[0].shape)
 
 
 def division(cell: Cell, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
@@ -128,47 +128,36 @@ def element_rule(
     costs no accuracy. Raises ValueError where a band leaves no material.
     """
     touching = [band for band in bands if _touches(cell, band)]
+    if not touching:
+        return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
     if integration == "global":
-        return _global_rule(cell, touching, thickness, points)
-    strips = [_strips(cell, touching, axis, points[axis]) for axis in (0, 1)]
-    x = np.concatenate([strip.points for strip in strips[0]])
-    y = np.concatenate([strip.points for strip in strips[1]])
-    inside = [np.concatenate([np.repeat(s.inside[:, None], len(s.points), 1) for s in part], 1) for part in strips]
-    depth = [np.concatenate([strip.depth for strip in part], 1) for part in strips]
-    shape = (len(x), len(y))
-    covers = [np.outer(inside[0][b], inside[1][b]) for b in range(len(touching))]
-    depths = [np.broadcast_to(depth[0][b][:, None] + depth[1][b], shape) for b in range(len(touching))]
-    z_min, z_max = _faces(touching, thickness, covers, depths, shape)
-    area = np.outer(*(np.concatenate([strip.weights for strip in part]) for part in strips))
-    degree = NO_PROMISE if any(band.is_curved for band in touching) else 2 * min(points) - 1
-    return _through_thickness(x[:, None] + 0 * area, y + 0 * area, area, z_min, z_max, points[2], degree)
+        plane = onto_cell(tensor(*map(gauss, points[:2])), cell)
+        z_min, z_max = thickness_range(touching, thickness, *plane.points.T)
+        return _through_thickness(replace(plane, degree=NO_PROMISE), z_min, z_max, points[2])
+    x, y = (_divided_axis(cell, touching, axis, points[axis]) for axis in (0, 1))
+    count = len(touching)
+    covers = (x.inside[:, :, None] & y.inside[:, None, :]).reshape(count, -1)
+    depths = (x.depth[:, :, None] + y.depth[:, None, :]).reshape(count, -1)
+    z_min, z_max = _faces(touching, thickness, covers, depths)
+    return _through_thickness(tensor(x.rule, y.rule), z_min, z_max, points[2])
 
 
-def _global_rule(cell: Cell, bands: Sequence[Band], thickness: float, points: tuple[int, int, int]) -> Rule:
-    """One Gauss grid for the whole element (Eq. 7); the mapping of section 4.2 finds z at each point."""
-    (x, w_x), (y, w_y) = (_gauss_on(side, count) for side, count in zip(cell, points[:2], strict=True))
-    x, y = np.meshgrid(x, y, indexing="ij")
-    z_min, z_max = thickness_range(bands, thickness, x, y)
-    degree = NO_PROMISE if bands else 2 * min(points) - 1
-    return _through_thickness(x, y, np.outer(w_x, w_y), z_min, z_max, points[2], degree)
-
-
-def _through_thickness(x, y, area, z_min, z_max, count: int, degree: int) -> Rule:
-    """Gauss points in z between z_min and z_max at each point (x, y) with the weight `area`, all (i, j)."""
+def _through_thickness(plane: Rule, z_min: np.ndarray, z_max: np.ndarray, count: int) -> Rule:
+    """Rule in (x, y, z): at each point of `plane`, `count` Gauss points between its z_min and z_max (q,)."""
     line = gauss(count)
-    half = (z_max - z_min)[..., None] / 2
-    z = (z_max + z_min)[..., None] / 2 + half * line.points[:, 0]
-    weights = area[..., None] * half * line.weights
-    points = np.stack([*(np.broadcast_to(c[..., None], z.shape) for c in (x, y)), z], axis=-1)
-    return Rule(points.reshape(-1, 3), weights.ravel(), degree)
+    half = (z_max - z_min) / 2
+    z = ((z_max + z_min) / 2)[:, None] + half[:, None] * line.points[:, 0]
+    points = np.column_stack([np.repeat(plane.points, count, axis=0), z.ravel()])
+    weights = np.outer(plane.weights * half, line.weights).ravel()
+    return Rule(points, weights, min(plane.degree, line.degree))
 
 
-def _faces(bands, thickness: float, covers, depths, shape) -> tuple[np.ndarray, np.ndarray]:
-    """z_min and z_max (shape) where each band has the depth `depths[b]` on the points `covers[b]`."""
-    change = {(face, sign): np.zeros(shape) for face in (BOTTOM, TOP) for sign in (GROOVE, PROTRUSION)}
+def _faces(bands: Sequence[Band], thickness: float, covers: Sequence, depths: Sequence) -> tuple:
+    """z_min and z_max (...) where band b has the depth depths[b] (...) at the points covers[b] (...)."""
+    change = {(face, sign): 0.0 for face in (BOTTOM, TOP) for sign in (GROOVE, PROTRUSION)}
     for band, covered, depth in zip(bands, covers, depths, strict=True):
-        worst = change[band.face, band.sign]
-        np.maximum(worst, np.where(covered, depth, 0.0), out=worst)
+        kind = band.face, band.sign
+        change[kind] = np.maximum(change[kind], np.where(covered, depth, 0.0))
     z = {}
     for face in (BOTTOM, TOP):
         groove, protrusion = change[face, GROOVE], change[face, PROTRUSION]
@@ -178,47 +167,47 @@ def _faces(bands, thickness: float, covers, depths, shape) -> tuple[np.ndarray, 
     return z[BOTTOM], z[TOP]
 
 
-def _strips(cell: Cell, bands: Sequence[Band], axis: int, count: int) -> list[_Strip]:
-    """The divided axis, with `count` points in each interval."""
-    lines = _lines(cell, bands, axis)
+def _divided_axis(cell: Cell, bands: Sequence[Band], axis: int, count: int) -> _Axis:
+    """One axis of the cell with `count` points in each of its intervals."""
     tolerance = ROUND_OFF * _scale(cell, bands)
-    return [_strip(low, high, bands, axis, count, tolerance) for low, high in pairwise(lines)]
+    parts = [_interval(low, high, bands, axis, count, tolerance) for low, high in pairwise(_lines(cell, bands, axis))]
+    inside, depth = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in ("inside", "depth"))
+    return _Axis(join(*(part.rule for part in parts)), inside, depth)
 
 
-def _strip(low: float, high: float, bands: Sequence[Band], axis: int, count: int, tolerance: float) -> _Strip:
-    """Points of one interval; where a curved section crosses it, they are spaced in its parameter."""
+def _interval(low: float, high: float, bands: Sequence[Band], axis: int, count: int, tolerance: float) -> _Axis:
+    """One interval of an axis; where a curved section crosses it, its points are spaced in the section's parameter."""
     middle = (low + high) / 2
-    inside = np.array([band.limits(axis)[0] < middle < band.limits(axis)[1] for band in bands], dtype=bool)
-    crossed = [bool(i) and band.across == axis for i, band in zip(inside, bands, strict=True)]
-    curves = [band.section for band, cross in zip(bands, crossed, strict=True) if cross and band.is_curved]
-    if not curves:
-        points, weights, known = *_gauss_on((low, high), count), {}
-    else:
-        points, weights, depth = _along_curve(curves[0], low, high, count, tolerance)
-        known = {id(curves[0]): depth}
+    inside = [band.limits(axis)[0] < middle < band.limits(axis)[1] for band in bands]
+    crossed = [here and band.across == axis for here, band in zip(inside, bands, strict=True)]
+    curved = [b for b, band in enumerate(bands) if crossed[b] and band.is_curved]
     depth = np.zeros((len(bands), count))
+    if curved:
+        rule, depth[curved[0]] = _along_curve(bands[curved[0]].section, low, high, count, tolerance)
+    else:
+        rule = onto_cell(gauss(count), [(low, high)])
     for b, band in enumerate(bands):
-        if crossed[b]:
-            depth[b] = known[id(band.section)] if id(band.section) in known else _depth(band, points)
-    return _Strip(points, weights, inside, depth)
+        if crossed[b] and b not in curved[:1]:
+            depth[b] = _depth(band, rule.points[:, 0])
+    return _Axis(rule, np.repeat(np.array(inside)[:, None], count, axis=1), depth)
 
 
-def _along_curve(curve: Curve, low: float, high: float, count: int, tolerance: float):
-    """Across coordinate, weight and depth (q,) at Gauss points in the parameter of one smooth piece of a section.
+def _along_curve(curve: Curve, low: float, high: float, count: int, tolerance: float) -> tuple[Rule, np.ndarray]:
+    """Rule in the coordinate across a section, and the depth (q,) there, from Gauss points in the curve's parameter.
 
-    The weights y'(u) du are scaled so that they add up to the interval's length at any `count`:
-    the plain plate's mass does not depend on the shape of a groove's wall.
+    Between low and high the section is smooth. The weights y'(u) du are scaled so that they add up
+    to the interval's length at any `count`: the plain part of the plate keeps its volume exactly.
     """
     breaks = curve.breaks
     at_breaks = curve_derivatives(curve, breaks)[0][:, 0]
     first = breaks[np.abs(at_breaks - low) <= tolerance]
     last = breaks[np.abs(at_breaks - high) <= tolerance]
-    start = first.max() if first.size else invert(curve, low)
-    end = last.min() if last.size else invert(curve, high)
-    u, weights = _gauss_on((float(start), float(end)), count)
-    c, c_u, _ = curve_derivatives(curve, u)
-    weights = weights * c_u[:, 0]
-    return c[:, 0], weights * ((high - low) / weights.sum()), c[:, 1]
+    start = first.max() if first.size else float(invert(curve, low))
+    end = last.min() if last.size else float(invert(curve, high))
+    along = onto_cell(gauss(count), [(start, end)])
+    c, c_u, _ = curve_derivatives(curve, along.points[:, 0])
+    weights = along.weights * c_u[:, 0]
+    return Rule(c[:, :1], weights * ((high - low) / weights.sum()), NO_PROMISE), c[:, 1]
 
 
 def _depth(band: Band, across: np.ndarray) -> np.ndarray:
@@ -280,10 +269,3 @@ def _scale(cell: Cell, bands: Sequence[Band]) -> float:
 
 def _within(values: np.ndarray, limits: Interval) -> np.ndarray:
     return (values >= limits[0]) & (values <= limits[1])
-
-
-def _gauss_on(interval: Interval, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points and weights (count,) on an interval."""
-    line = gauss(count)
-    half = (interval[1] - interval[0]) / 2
-    return (interval[0] + interval[1]) / 2 + half * line.points[:, 0], half * line.weights

@@ -239,13 +239,12 @@ def _changed(scenes: list[Scene], settings: list[str]) -> list[Scene]:
     """The scenes after --set: a scene whose physics changed is alone and has no published values."""
     if not settings:
         return scenes
-    stated = scenes[0]
-    changes = dict(_setting(text) for text in settings)
-    changed = stated.override(changes)
-    if changed.physics() == stated.physics():
-        return [changed, *scenes[1:]]
-    alone = {"companions": [], "study": "scene", "published": None, "sensitivity": None}
-    return [stated.override({**changes, **alone}, f"{stated.name}_set")]
+    stated, changes = scenes[0], dict(_setting(text) for text in settings)
+    alone = {**changes, "companions": [], "study": "scene", "published": None, "sensitivity": None}
+    changed = stated.override(alone, f"{stated.name}_set")
+    if changed.physics() != {**stated.physics(), "name": changed.name}:
+        return [changed]
+    return [stated.override(changes), *scenes[1:]]
 
 
 def _setting(text: str) -> tuple[str, Any]:

@@ -19,7 +19,7 @@ import numpy as np
 
 matplotlib.use("Agg")
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
 
 INK = "#123456"  # stands for the page's text colour until the drawing is themed
 SIZE = (5.6, 3.7)
@@ -83,11 +83,15 @@ class Series:
 
 @dataclass(frozen=True)
 class Limit:
-    """A value that a ladder tends to, with its band; low and high are None where none can be claimed."""
+    """Where a ladder ends and tends: finest value, Richardson value and band low..high; None where there is none.
+
+    A printed converged value has the role "paper" and only `finest`.
+    """
 
     label: str
     role: str
-    value: float
+    finest: float
+    richardson: float | None = None
     low: float | None = None
     high: float | None = None
 
@@ -101,19 +105,28 @@ class Bar:
     value: float
 
 
-def value_plot(name: str, title: str, about: str, series: Sequence[Series], limits: Sequence[Limit]) -> str:
-    """Heights (m) against element size h (m), extrapolated values at h = 0 with their bands as SVG text."""
+def value_plot(
+    name: str, title: str, about: str, ylabel: str, series: Sequence[Series], limits: Sequence[Limit]
+) -> str:
+    """Values against element size h (m) and, magnified beside them, the limits with their bands, as SVG text."""
 
     def paint(figure: Figure) -> None:
-        axes = figure.subplots()
-        for limit in limits:
-            _limit(axes, limit)
+        left, right = figure.subplots(1, 2, gridspec_kw={"width_ratios": (2.7, 1), "wspace": 0.04})
         for line in series:
-            _line(axes, line)
-        axes.set(xlabel="element size h (m)", ylabel="height of P (m)")
-        axes.set_xlim(left=0.0)
-        axes.margins(y=0.08)
-        _legend(figure, axes)
+            _line(left, line)
+        for place, limit in enumerate(limits):
+            _limit(left, right, place, limit)
+        left.set(xlabel="element size h (m)", ylabel=ylabel)
+        left.set_xlim(left=0.0)
+        left.margins(y=0.08)
+        right.set_xlabel("finest, ± band")
+        right.set_xlim(-0.7, max(len(limits), 1) - 0.3)
+        right.margins(y=0.15)
+        right.set_xticks([])
+        right.yaxis.tick_right()
+        right.yaxis.set_major_locator(MaxNLocator(6))
+        right.spines[["left", "right"]].set_visible(False)
+        _legend(figure, left)
 
     return _draw(name, title, about, paint)
 
@@ -135,8 +148,10 @@ def log_plot(name: str, title: str, about: str, series: Sequence[Series], xlabel
     return _draw(name, title, about, paint)
 
 
-def history_plot(name: str, title: str, about: str, paths: Sequence[Series], residual: Series | None) -> str:
-    """Heights (m) over time (s) and, below them, their difference in millimetres, as SVG text."""
+def history_plot(
+    name: str, title: str, about: str, labels: tuple[str, str], paths: Sequence[Series], residual: Series | None
+) -> str:
+    """Values (m) over time or load and, below them, their difference in millimetres, as SVG text; labels: of x and y."""
 
     def paint(figure: Figure) -> None:
         rows = 2 if residual else 1
@@ -148,13 +163,13 @@ def history_plot(name: str, title: str, about: str, paths: Sequence[Series], res
             style = "-" if path.role == "ancf" else (0, (5, 2))
             panels[0].plot(path.x, path.y, color=look.colour, linestyle=style, label=path.label, marker="")
             panels[0].plot(path.x[-1:], path.y[-1:], color=look.colour, marker=look.marker, linestyle="")
-        panels[0].set_ylabel("height of P (m)")
+        panels[0].set_ylabel(labels[1])
         if residual:
             panels[1].axhline(0.0, color=INK, linewidth=0.8)
             panels[1].plot(residual.x, residual.y, color=ROLES[residual.role].colour, label=residual.label)
             panels[1].set_ylabel("diff. (mm)")
             panels[1].yaxis.set_major_locator(MaxNLocator(3))
-        panels[-1].set_xlabel("time (s)")
+        panels[-1].set_xlabel(labels[0])
         _legend(figure, *panels)
 
     return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.15))
@@ -172,7 +187,8 @@ def bar_plot(name: str, title: str, about: str, bars: Sequence[Bar], xlabel: str
         for place, bar in zip(places, bars, strict=True):
             side = "left" if bar.value >= 0 else "right"
             pad = 0.02 * reach if bar.value >= 0 else -0.02 * reach
-            axes.text(bar.value + pad, place, f"{bar.value:+.2f}", ha=side, va="center")
+            text = f"{bar.value:+.2f}".replace("-", "\u2212").replace("\u22120.00", "0.00")
+            axes.text(bar.value + pad, place, text, ha=side, va="center")
         axes.axvline(0.0, color=INK, linewidth=0.8)
         axes.set_yticks(places, [bar.label for bar in bars])
         axes.tick_params(axis="y", length=0)
@@ -190,20 +206,27 @@ def _line(axes, series: Series) -> None:
     )
 
 
-def _limit(axes, limit: Limit) -> None:
+def _limit(left, right, place: int, limit: Limit) -> None:
+    """Band in both panels; in the right one the finest value filled and the Richardson value hollow."""
     look = ROLES[limit.role]
-    style = (0, (1, 2)) if limit.role == "paper" else (0, (5, 2))
-    if limit.low is not None and limit.high is not None:
-        axes.axhspan(limit.low, limit.high, color=look.colour, alpha=0.18, linewidth=0)
-        half = [[limit.value - limit.low], [limit.high - limit.value]]
-        axes.errorbar([0.0], [limit.value], yerr=half, color=look.colour, capsize=4, linestyle="", clip_on=False)
-    axes.axhline(limit.value, color=look.colour, linewidth=1.2, linestyle=style, label=limit.label)
+    if limit.role == "paper":
+        for axes, label in ((left, limit.label), (right, None)):
+            axes.axhline(limit.finest, color=look.colour, linewidth=1.5, linestyle=(0, (1, 1.6)), label=label)
+        return
+    if limit.low is not None:
+        if limit.role != "ancf exact":
+            left.axhspan(limit.low, limit.high, color=look.colour, alpha=0.18, linewidth=0)
+        half = [[limit.finest - limit.low], [limit.high - limit.finest]]
+        right.errorbar([place], [limit.finest], yerr=half, color=look.colour, capsize=5)
+    right.plot([place], [limit.finest], color=look.colour, marker=look.marker)
+    if limit.richardson is not None:
+        right.plot([place], [limit.richardson], color=look.colour, marker=look.marker, fillstyle="none", markersize=8)
 
 
 def _log_ticks(axis) -> None:
     axis.set_major_locator(LogLocator(base=10, subs=(1.0, 2.0, 5.0), numticks=12))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def _legend(figure: Figure, *panels) -> None:

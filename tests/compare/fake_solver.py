@@ -2,6 +2,8 @@
 
 import os
 import signal
+import time
+from pathlib import Path
 
 import numpy as np
 
@@ -36,6 +38,7 @@ def solve(scene, level, progress=None):
         energies={},
         status="newton_diverged" if failed else "ok",
         newton_iterations=7,
+        facts={"threads": float(os.environ.get("OMP_NUM_THREADS", "nan"))},
     )
 
 
@@ -48,7 +51,7 @@ def _unknowns(level):
 
 
 def _obey(order, level):
-    """Misbehave as the environment asks: "raise 0.2", "kill 0.2", "slow 0.2" at the level with that h."""
+    """Misbehave as the environment asks: "kill 0.5" at the level with h = 0.5."""
     what, _, h = order.partition(" ")
     if h != f"{_h(level):g}":
         return
@@ -56,3 +59,11 @@ def _obey(order, level):
         raise ValueError("asked to raise")
     if what == "kill":
         os.kill(os.getpid(), signal.SIGKILL)
+    if what == "exit":
+        os._exit(3)
+    if what == "sleep":
+        Path(os.environ["FAKE_SOLVER_ID"]).write_text(str(os.getpid()))
+        time.sleep(60)
+    if what == "print":
+        print("{not json")
+        os.write(1, b"from a library in C")

@@ -1,0 +1,224 @@
+"""Studies with a fake solver: order, reuse, failures, what invalidates a result."""
+
+import itertools
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import fake_solver
+import pytest
+
+from compare import study
+from compare.result import load as load_result
+from compare.result import save
+from compare.scene import SceneError, load
+
+FAKE = {"ancf": "fake_solver", "reference": "fake_solver"}
+
+
+def small(meshes=(2,), sizes=(), **changes):
+    """The cantilever with few levels and no sensitivity."""
+    stated = {
+        "ancf": {"time_step": 0.02, "levels": [{"mesh": [n, n], "budget": "quick"} for n in meshes]},
+        "reference": {"time_step": 0.02, "levels": [{"size": h, "budget": "quick"} for h in sizes]} if sizes else None,
+        "sensitivity": None,
+    }
+    return load("cantilever").override(stated | changes)
+
+
+def test_entries_come_in_ladder_order_with_values_time_and_memory(tmp_path):
+    entries = study.run([small((2, 3), (0.4,))], FAKE, "quick", tmp_path)
+    assert [study.level_name(entry.level) for entry in entries] == ["2x2", "3x3", "h=0.4"]
+    for entry in entries:
+        assert (entry.status, entry.fresh, entry.variant) == ("ok", True, None)
+        assert entry.repeats == 3  # cheap
+        assert 0 < entry.wall_seconds < 2
+        assert 20 < entry.result.peak_mb < 1000
+        assert (tmp_path / f"{entry.key}.npz").exists()
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+def test_a_second_run_reuses_everything_without_starting_a_process(tmp_path, monkeypatch):
+    first = study.run([small()], FAKE, "quick", tmp_path)
+    monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a process was started"))
+    begin = time.perf_counter()
+    second = study.run([small()], FAKE, "quick", tmp_path)
+    assert time.perf_counter() - begin < 1
+    assert not any(entry.fresh for entry in second)
+    assert [entry.wall_seconds for entry in second] == [entry.wall_seconds for entry in first]
+    assert [entry.repeats for entry in second] == [3]
+
+
+def test_reuse_can_be_declined(tmp_path):
+    study.run([small()], FAKE, "quick", tmp_path)
+    assert all(entry.fresh for entry in study.run([small()], FAKE, "quick", tmp_path, reuse=False))
+
+
+def test_titles_and_budgets_do_not_invalidate_but_physics_and_levels_do():
+    def keys(**changes):
+        return [unit.key for unit in study.plan([small((2, 3), (0.4,), **changes)], FAKE, "full")]
+
+    stated = keys()
+    assert len(set(stated)) == 3
+    assert keys(title="another title", published=None, **{"ancf.levels.0.budget": "full"}) == stated
+    assert not {*keys(**{"material.youngs_modulus": 2.1e6})} & {*stated}
+    assert [a == b for a, b in zip(keys(**{"ancf.levels.0.points": [4, 4, 2]}), stated, strict=True)] == [
+        False,
+        True,
+        True,
+    ]
+
+
+def test_editing_the_solver_computes_again(tmp_path, monkeypatch):
+    package = tmp_path / "edited_solver"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    shutil.copy(fake_solver.__file__, package / "run.py")
+    monkeypatch.syspath_prepend(tmp_path)
+    solvers = {"ancf": "edited_solver.run"}
+    before = study.run([small()], solvers, "quick", tmp_path / "results")
+    (package / "run.py").write_text((package / "run.py").read_text().replace("-0.5 -", "-0.6 -"))
+    after = study.run([small()], solvers, "quick", tmp_path / "results")
+    assert all(entry.fresh for entry in after)
+    assert after[0].result.displacement[-1, 0, 2] < before[0].result.displacement[-1, 0, 2] - 0.05
+
+
+def test_another_library_version_computes_again(monkeypatch):
+    before = study.fingerprint("reference", "fake_solver")
+    monkeypatch.setattr(study, "version", lambda library: "99" if library == "gmsh" else "1")
+    changed = study.fingerprint("reference", "fake_solver")
+    monkeypatch.setattr(study, "version", lambda library: "98" if library == "gmsh" else "1")
+    assert len({before, changed, study.fingerprint("reference", "fake_solver")}) == 3
+
+
+def test_a_damaged_result_is_computed_again(tmp_path):
+    key = study.run([small()], FAKE, "quick", tmp_path)[0].key
+    (tmp_path / f"{key}.npz").write_bytes(b"half a file")
+    assert [entry.fresh for entry in study.run([small()], FAKE, "quick", tmp_path)] == [True]
+
+
+CRASHES = {
+    "raise 0.5": "crashed: ValueError: asked to raise",
+    "kill 0.5": "crashed: killed by SIGKILL",
+    "exit 0.5": "crashed: exit status 3",
+}
+
+
+@pytest.mark.parametrize("order", CRASHES)
+def test_a_crash_is_an_entry_and_the_others_finish(tmp_path, monkeypatch, order):
+    monkeypatch.setenv("FAKE_SOLVER", order)
+    entries = study.run([small((2, 3))], FAKE, "quick", tmp_path)
+    assert [entry.status for entry in entries] == [CRASHES[order], "ok"]
+    assert (entries[0].result, entries[0].wall_seconds) == (None, None)
+    monkeypatch.delenv("FAKE_SOLVER")
+    assert [entry.fresh for entry in study.run([small((2, 3))], FAKE, "quick", tmp_path)] == [True, False]
+
+
+def test_the_trace_of_an_exception_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", "raise 0.5")
+    entry = study.run([small()], FAKE, "quick", tmp_path)[0]
+    assert "Traceback" in entry.message
+    assert "fake_solver.py" in entry.message
+
+
+def test_a_solver_that_reports_failure_is_kept_with_its_status(tmp_path, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", "fail 0.5")
+    for fresh in (True, False):
+        entry = study.run([small()], FAKE, "quick", tmp_path)[0]
+        assert (entry.status, entry.ok, entry.fresh) == ("newton_diverged", False, fresh)
+
+
+def test_a_missing_solver_is_an_entry(tmp_path):
+    entries = study.run([small()], {"ancf": "no_such_solver.run"}, "quick", tmp_path)
+    assert all(entry.status.startswith("crashed: ModuleNotFoundError") for entry in entries)
+
+
+def test_variants_are_run_beside_the_scene_as_stated(tmp_path):
+    level = {"mesh": [2, 2], "time_step": 0.02}
+    variants = [{"name": "soft", "set": {"material.youngs_modulus": 1e6}}]
+    scene = small(sensitivity={"budget": "standard", "ancf": level, "variants": variants})
+    assert [unit.variant for unit in study.plan([scene], FAKE, "quick")] == [None]
+    entries = study.run([scene], FAKE, "standard", tmp_path)
+    assert [entry.variant for entry in entries] == [None, "as stated", "soft"]
+    assert entries[2].scene.material.youngs_modulus == 1e6
+    assert entries[2].result.displacement[-1, 0, 2] == pytest.approx(-0.5 - 1e-3 * 1.25)
+
+
+def test_equal_units_are_solved_once(tmp_path):
+    level = {"mesh": [2, 2], "time_step": 0.02}
+    variants = [{"name": "soft", "set": {"material.youngs_modulus": 1e6}}]
+    scene = small(sensitivity={"budget": "quick", "ancf": {**level, "points": [7, 7, 3]}, "variants": variants})
+    entries = study.run([scene], {"ancf": "fake_solver"}, "quick", tmp_path)
+    assert entries[0].key == entries[1].key
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_wrong_variant_is_refused_before_anything_runs(tmp_path):
+    with pytest.raises(SceneError):
+        variants = [{"name": "odd", "set": {"no_such_key": 1}}]
+        level = {"mesh": [2, 2], "time_step": 0.02}
+        study.run([small(sensitivity={"ancf": level, "variants": variants})], FAKE, "standard", tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+def test_progress_counts_to_the_end_and_expects_no_time_at_the_end(tmp_path):
+    seen = []
+    study.run([small((2, 3))], FAKE, "quick", tmp_path, report=seen.append)
+    assert len(seen[0].finished) == 0
+    assert len(seen[-1].finished) == seen[-1].total == 2
+    assert seen[-1].running == ()
+    assert all(len(a.finished) <= len(b.finished) for a, b in itertools.pairwise(seen))
+    assert all(0 <= fraction <= 1 for state in seen for _, fraction in state.running)
+
+
+def test_the_longest_unit_is_started_first(tmp_path):
+    seen = []
+    study.run([small((2, 3), (0.4,))], FAKE, "quick", tmp_path, jobs=1, report=seen.append)
+    assert [study.level_name(entry.level) for entry in seen[-1].finished] == ["3x3", "h=0.4", "2x2"]
+
+
+def test_workers_have_one_thread_each(tmp_path, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    entry = study.run([small()], FAKE, "quick", tmp_path)[0]
+    assert entry.result.facts["threads"] == 1
+
+
+def test_what_a_solver_prints_does_not_disturb(tmp_path, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", "print 0.5")
+    assert study.run([small()], FAKE, "quick", tmp_path)[0].ok
+
+
+def test_an_interrupt_keeps_finished_results_and_ends_the_workers(tmp_path):
+    script = (
+        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "from pathlib import Path; from compare import study; from test_study import small, FAKE\n"
+        "study.run([small((2, 3))], FAKE, 'quick', Path(sys.argv[2]), jobs=1,\n"
+        "    report=lambda p: print(len(p.finished), p.running, flush=True))\n"
+    )
+    here = str(Path(__file__).parent)
+    environment = {**os.environ, "FAKE_SOLVER": "sleep 0.5", "FAKE_SOLVER_ID": str(tmp_path / "asleep")}
+    with subprocess.Popen(
+        [sys.executable, "-c", script, here, str(tmp_path)], stdout=subprocess.PIPE, env=environment, text=True
+    ) as process:
+        for text in process.stdout:
+            if text.startswith("1 ") and (tmp_path / "asleep").exists():
+                process.send_signal(signal.SIGINT)
+                break
+        assert process.wait(timeout=20) != 0
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+    with pytest.raises(ProcessLookupError):
+        os.kill(int((tmp_path / "asleep").read_text()), 0)
+
+
+def test_a_killed_save_leaves_the_old_file(tmp_path, monkeypatch):
+    path = tmp_path / "result.npz"
+    made = fake_solver.solve(small(), small().ancf.levels[0])
+    save(made, path)
+    monkeypatch.setattr("numpy.savez_compressed", lambda *_, **__: (_ for _ in ()).throw(OSError("disc full")))
+    with pytest.raises(OSError, match="disc full"):
+        save(made, path)
+    assert load_result(path).unknowns == made.unknowns

@@ -7,8 +7,7 @@ Balance: (1 - alpha_m) M a_{n+1} + alpha_m M a_n + (1 - alpha_f) (f - p)_{n+1} +
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 

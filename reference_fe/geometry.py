@@ -141,18 +141,28 @@ def _prism(gmsh: ModuleType, plate: Plate, band: Band, outward: bool) -> tuple[i
 
     first, last = at(band.across[0], -root), at(band.across[1], -root)
     if isinstance(band.section, Curve):
-        curve = band.section
-        points = [at(*point) for point in curve.points]
-        knots, multiplicities = np.unique(curve.knots, return_counts=True)
-        top = [occ.addBSpline(points, -1, curve.degree, curve.weights, knots, multiplicities)]
+        points = [at(*point) for point in band.section.points]
+        top, marks = _spline(gmsh, band.section, points)
     else:
         points = [at(band.across[0], band.section), at(band.across[1], band.section)]
-        top = [occ.addLine(*points)]
-    lines = [occ.addLine(first, points[0]), *top, occ.addLine(points[-1], last), occ.addLine(last, first)]
-    face = occ.addPlaneSurface([occ.addCurveLoop(lines)])
+        top, marks = occ.addLine(*points), []
+    sides = [occ.addLine(first, points[0]), top, occ.addLine(points[-1], last), occ.addLine(last, first)]
+    face = occ.addPlaneSurface([occ.addCurveLoop(sides)])
+    if marks:
+        face = occ.fragment([(2, face)], marks)[0][0][1]
     reach = band.along[1] - band.along[0]
     swept = occ.extrude([(2, face)], *((reach, 0, 0) if band.axis == 0 else (0, reach, 0)))
     return next(part for part in swept if part[0] == 3)
+
+
+def _spline(gmsh: ModuleType, curve: Curve, points: list[int]) -> tuple[int, list[tuple[int, int]]]:
+    """A section's curve, and points at its creases: splitting there keeps element edges from running across one."""
+    occ = gmsh.model.occ
+    knots, multiplicities = np.unique(curve.knots, return_counts=True)
+    whole = occ.addBSpline(points, -1, curve.degree, curve.weights, knots, multiplicities)
+    creases = knots[1:-1][multiplicities[1:-1] >= curve.degree]
+    occ.synchronize()
+    return whole, [(0, occ.addPoint(*gmsh.model.getValue(1, whole, [knot]))) for knot in creases]
 
 
 def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> list[tuple[int, int]]:

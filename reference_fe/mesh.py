@@ -13,27 +13,20 @@ from types import ModuleType
 import numpy as np
 from skfem import Basis, ElementTetP2, MeshTet2
 
-from reference_fe.geometry import MeshError, Plate, build, session
+from reference_fe.geometry import Curve, MeshError, Plate, build, session
+from reference_fe.surface import Surface, carry, volume_element
 
+VOLUME_ERROR = 0.01
+EDGES_PER_TURN = 6  # least number of curved edges on a full turn of a groove's section
 TO_SKFEM = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # gmsh's tetra10 has its last two edges the other way round
-
-
-@dataclass(frozen=True)
-class Surface:
-    """NURBS mid-surface (paper Eq. 4): points (n, m, 3) in m, weights (n, m), flat knots of each direction."""
-
-    degree: tuple[int, int]
-    knots: tuple[np.ndarray, np.ndarray]
-    points: np.ndarray
-    weights: np.ndarray
 
 
 @dataclass(frozen=True)
 class Solid:
     """A checked mesh. mesh: scikit-fem tetrahedra in space (m). box: the same tetrahedra in the box (m).
 
-    exact_volume is the solid's own (m3); volume the mesh's. Node numbers are those of scikit-fem's
-    scalar P2 element: vertices first, then edges.
+    exact_volume is the solid's own (m3); volume the mesh's; flat: mesh and box are the same. Node numbers
+    are those of scikit-fem's scalar P2 element: vertices first, then edges.
     """
 
     mesh: MeshTet2
@@ -65,24 +58,42 @@ class Spacing:
     features: tuple[tuple[float, float, tuple[float, float], tuple[float, float], tuple[float, float]], ...] = ()
 
 
-def make(plate: Plate, spacing: Spacing, surface: Surface | None = None, folder: Path | None = None) -> Solid:
-    """Build, mesh, map and check the solid; store it as plate.vtu under `folder` if given.
+def make(plate: Plate, spacing: Spacing, surface: Surface | None = None) -> Solid:
+    """Build, mesh, carry to the mid-surface if there is one, and check.
 
     Raises MeshError with the status "gmsh_missing", "gmsh_busy", "geometry_failed", "mesh_failed",
-    "mesh_inverted" (a Jacobian is not positive) or "mesh_volume" (the mesh misses the exact volume).
+    "surface_degenerate", "mesh_inverted" (a Jacobian is not positive) or "mesh_volume" (the mesh misses
+    the exact volume by more than VOLUME_ERROR).
     """
     with session() as gmsh:
         exact = build(gmsh, plate)
+        if any(isinstance(band.section, Curve) for band in plate.grooves + plate.protrusions):
+            gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", EDGES_PER_TURN)
         points, tetrahedra = _tetrahedralise(gmsh, spacing)
-    mesh = MeshTet2(points.T, tetrahedra[:, TO_SKFEM].T)
-    solid = _checked(mesh, mesh, exact, flat=True)
-    return solid
+    box = MeshTet2(np.ascontiguousarray(points.T), tetrahedra[:, TO_SKFEM].T)
+    flat = _check(box, exact)
+    if surface is None:
+        return flat
+    fine = Basis(box, ElementTetP2(), intorder=6)
+    where = fine.global_coordinates()
+    exact = float(np.sum(volume_element(surface, where.reshape(3, -1)) * fine.dx.ravel()))
+    curved = _check(replace(box, doflocs=np.ascontiguousarray(carry(surface, box.doflocs))), exact)
+    return replace(curved, box=box, flat=False)
+
+
+def store(solid: Solid, path: Path) -> None:
+    """Write the mesh in space as VTK's unstructured grid (.vtu) with second-order tetrahedra."""
+    import meshio
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    nodes = solid.mesh.dofs.element_dofs.T.astype(np.int64)
+    meshio.Mesh(solid.mesh.doflocs.T, [("tetra10", nodes)]).write(path)
 
 
 def _tetrahedralise(gmsh: ModuleType, spacing: Spacing) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) and second-order tetrahedra (m, 10) of the current model, in gmsh's node order."""
     option, field = gmsh.option.setNumber, gmsh.model.mesh.field
-    for name in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints", "MeshSizeFromCurvature"):
+    for name in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
         option(f"Mesh.{name}", 0)
     option("Mesh.MeshSizeMax", spacing.size)
     boxes = []
@@ -100,6 +111,7 @@ def _tetrahedralise(gmsh: ModuleType, spacing: Spacing) -> tuple[np.ndarray, np.
     try:
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
+        _straighten(gmsh)
     except Exception as error:
         raise MeshError("mesh_failed", f"gmsh: {error}") from error
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
@@ -112,14 +124,20 @@ def _tetrahedralise(gmsh: ModuleType, spacing: Spacing) -> tuple[np.ndarray, np.
     return coordinates.reshape(-1, 3)[used], tetrahedra.reshape(-1, 10)
 
 
-def _checked(mesh: MeshTet2, box: MeshTet2, exact: float, flat: bool) -> Solid:
-    """The Solid, or a MeshError where a Jacobian is not positive or the volume is off by more than 1 %."""
-    basis = Basis(mesh, ElementTetP2(), intorder=4)
-    jacobian = basis.mapping.detDF(basis.X)
-    smallest = float(jacobian.min())
+def _straighten(gmsh: ModuleType) -> None:
+    """Move nodes until no tetrahedron at a curved groove is inverted, where one is."""
+    tags, _ = gmsh.model.mesh.getElementsByType(11)
+    if gmsh.model.mesh.getElementQualities(tags, "minDetJac").min() <= 0:
+        gmsh.model.mesh.optimize("HighOrder")
+
+
+def _check(mesh: MeshTet2, exact: float) -> Solid:
+    """The mesh as a Solid in its own box. Raises MeshError "mesh_inverted" or "mesh_volume"."""
+    basis = Basis(mesh, ElementTetP2(), intorder=6)
+    smallest = float(basis.mapping.detDF(basis.X).min())
     if not smallest > 0:
         raise MeshError("mesh_inverted", f"smallest Jacobian {smallest:.3g} m3: a tetrahedron is inverted")
     volume = float(basis.dx.sum())
-    if not abs(volume - exact) < 0.01 * exact:
+    if not abs(volume - exact) < VOLUME_ERROR * exact:
         raise MeshError("mesh_volume", f"mesh volume {volume:.6g} m3, exact {exact:.6g} m3")
-    return Solid(mesh, box, volume, exact, smallest, flat)
+    return Solid(mesh, mesh, volume, exact, smallest, flat=True)

@@ -21,7 +21,7 @@ PATIENCE = 10
 PAIRS = 20
 MOST_FACTORS = 15
 MOST_ITERATIONS = 150
-TOLERANCE = 1e-11
+TOLERANCE = 1e-10
 
 
 class NewtonFailure(RuntimeError):

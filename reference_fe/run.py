@@ -15,26 +15,28 @@ import resource
 import sys
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
 
-from compare.result import OK, Result
+from compare.result import OK, Outline, Result
 from compare.scene import Band as SceneBand
 from compare.scene import NurbsPatch, ReferenceLevel, Scene
 from reference_fe import dynamics, statics
 from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
 from reference_fe.geometry import Band, Curve, MeshError, Plate
 from reference_fe.loads import Load, face_share, line_share, load_at, region_share
-from reference_fe.mesh import Solid, Spacing, Surface, make
+from reference_fe.mesh import Solid, Spacing, make, store
 from reference_fe.newton import Memory, NewtonFailure
+from reference_fe.outline import surface_triangles
 from reference_fe.probes import point_weights
+from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
 
 Progress = Callable[[float], None]
-RULE_DEGREE = 5
+RULE_DEGREE = 4  # 11 points: the least rule that integrates force and tangent exactly on straight tetrahedra
 
 
 def solve(
@@ -45,24 +47,26 @@ def solve(
     A failure of meshing or of Newton is a named status of the Result. Raises ValueError where a
     dynamic scene states no density.
     """
-    if scene.analysis.kind == "dynamic" and scene.material.density is None:
-        raise ValueError("material.density: a dynamic analysis needs it")
+    if scene.material.density is None and (scene.analysis.kind == "dynamic" or _has_gravity(scene)):
+        raise ValueError(f"{scene.name}: material.density is missing: inertia and gravity need it")
     start, cpu = clock.perf_counter(), clock.process_time()
     try:
-        solid = make(plate_of(scene), spacing_of(scene, level.size), surface_of(scene), mesh_folder)
+        frame, surface = mid_surface(scene)
+        solid = make(plate_of(scene, frame, surface), spacing_of(scene, frame, level.size), surface)
+        if mesh_folder is not None:
+            store(solid, mesh_folder / f"{scene.name}_{level.size:g}.vtu")
         mesh_seconds = clock.perf_counter() - start
-        model = discretise(scene, solid)
+        model = discretise(scene, frame, solid)
     except MeshError as error:
         return _nothing(scene, level, error)
     history = _march(scene, level, model, progress or (lambda fraction: None))
-    facts = {**_facts(model), **history.facts, "mesh_seconds": mesh_seconds}
     return Result(
         **_header(scene, level),
         h=edge_length(solid),
         unknowns=3 * model.system.pattern.free.size,
         times=np.array(history.times),
         probe_position=np.array(model.probes) @ solid.mesh.doflocs.T,
-        displacement=np.array(history.displacement),
+        displacement=np.array(history.displacement).reshape(-1, len(model.probes), 3),
         energies={kind: np.array(values) for kind, values in history.energies.items()},
         status=history.status,
         message=history.message,
@@ -71,13 +75,14 @@ def solve(
         peak_mb=_peak_mb(),
         steps=history.steps,
         newton_iterations=model.memory.iterations,
-        facts=facts,
+        facts=_facts(model) | history.facts | {"mesh_seconds": mesh_seconds},
+        outline=_outline(solid, history.last),
     )
 
 
 @dataclass(frozen=True)
 class Model:
-    """A scene on a mesh: the system, its factorisation memory, probe weights and the initial velocity."""
+    """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3)."""
 
     solid: Solid
     system: System
@@ -95,6 +100,7 @@ class History:
     displacement: list[np.ndarray]
     energies: dict[str, list[float]]
     facts: dict[str, float]
+    last: np.ndarray
     status: str = OK
     message: str = ""
     steps: int = 0
@@ -105,48 +111,41 @@ def edge_length(solid: Solid) -> float:
     return float((6 * 2**0.5 * solid.volume / solid.tetrahedra) ** (1 / 3))
 
 
-def discretise(scene: Scene, solid: Solid) -> Model:
+def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     """Mass, pattern, loads, supports and probes of the scene on the mesh. Raises MeshError."""
     material = scene.material
     mass = None if material.density is None else scalar_mass(solid, material.density)
     held = np.zeros(solid.box.doflocs.shape[1], dtype=bool)
     for support in scene.supports:
-        axis, value = _edge(scene, support.edge)
+        axis, value = _edge(scene, frame, support.edge)
         held |= np.abs(solid.box.doflocs[axis] - value) < 1e-7 * solid.extent
+    loads = load_at(tuple(_load(scene, frame, solid, load, mass) for load in scene.loads), (held.size, 3))
+    probes = [_probe(frame, solid, probe) for probe in scene.probes]
     table = tabulate(solid, RULE_DEGREE)
-    loads = load_at(tuple(_load(scene, solid, load, mass) for load in scene.loads), (held.size, 3))
     where = pattern(table.nodes, held)
-    system = assemble(
-        table, lame(material.youngs_modulus, material.poissons_ratio), where, mass, loads, 1e-6 * solid.extent
-    )
+    elastic = lame(material.youngs_modulus, material.poissons_ratio)
+    system = assemble(table, elastic, where, mass, loads, scale=1e-6 * solid.extent)
     velocity = _velocity(scene, solid.mesh.doflocs.T)[where.free]
-    probes = [_probe(scene, solid, probe) for probe in scene.probes]
     return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
 
 
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
     """Advance from output time to output time until the end or a failure."""
-    history = History([], [], {"kinetic": [], "strain": [], "external": []}, {})
-    dynamic = scene.analysis.kind == "dynamic"
-    scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
+    memory = model.memory
+    nothing = np.zeros((model.solid.box.doflocs.shape[1], 3))
+    history = History([], [], {"kinetic": [], "strain": [], "external": []}, {}, nothing)
+    begin, advance = _marching(scene, level, model)
     times = _output_times(scene)
-    system, memory = model.system, model.memory
     try:
-        if dynamic:
-            state = dynamics.begin(system, model.velocity)
-        else:
-            state = statics.balance(system, statics.begin(system), 0.0, memory)
+        state = begin()
         _record(history, model, state)
         for time in times[1:]:
-            if dynamic:
-                state, steps = dynamics.advance(system, scheme, state, time, level.time_step, memory)
-            else:
-                state, steps = statics.advance(system, state, time, level.time_step, memory)
+            state, steps = advance(state, time)
             history.steps += steps
             _record(history, model, state)
             progress(time / times[-1])
     except NewtonFailure as failure:
-        history.status, history.message = failure.status, str(failure)
+        history.status, history.message = failure.status, f"after t = {history.times[-1:]} s: {failure}"
     except MemoryError as error:
         history.status, history.message = "out_of_memory", str(error)
     history.facts["factorisations"] = memory.factorisations
@@ -155,9 +154,24 @@ def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
     return history
 
 
+def _marching(scene: Scene, level: ReferenceLevel, model: Model) -> tuple[Callable, Callable]:
+    """begin() -> state and advance(state, time) -> (state, steps) of the scene's kind of analysis."""
+    system, memory, step = model.system, model.memory, level.time_step
+    if scene.analysis.kind == "static":
+        return (
+            lambda: statics.balance(system, statics.begin(system), 0.0, memory),
+            lambda state, time: statics.advance(system, state, time, step, memory),
+        )
+    scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
+    return (
+        lambda: dynamics.begin(system, model.velocity),
+        lambda state, time: dynamics.advance(system, scheme, state, time, step, memory),
+    )
+
+
 def _record(history: History, model: Model, state: dynamics.State | statics.Balance) -> None:
     """Append one output time."""
-    full = model.system.expand(state.u)
+    full = history.last = model.system.expand(state.u)
     history.times.append(state.time)
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
     for kind, values in history.energies.items():
@@ -175,96 +189,91 @@ def _output_times(scene: Scene) -> np.ndarray:
     return times
 
 
-def _scale(scene: Scene) -> tuple[float, float]:
-    """Metres of the box per unit of the parameters x and y."""
-    return (1.0, 1.0)
+def mid_surface(scene: Scene) -> tuple[Frame, Surface | None]:
+    """Where the parameters lie in the box, and the NURBS mid-surface (None where it is a rectangle)."""
+    patch, origin = scene.surface, tuple(span[0] for span in scene.surface.span)
+    if not isinstance(patch, NurbsPatch):
+        return Frame(origin), None
+    points = np.array(patch.control_points)
+    weights = np.ones(points.shape[:2]) if patch.weights is None else np.array(patch.weights)
+    surface = Surface(patch.degree, tuple(np.array(knots) for knots in patch.knots), points, weights)
+    frame = Frame(origin, lengths(surface))
+    return frame, replace(surface, frame=frame)
 
 
-def plate_of(scene: Scene) -> Plate:
-    """The scene's solid in box coordinates."""
-    (x0, x1), (y0, y1) = (_boxed(scene, axis, span) for axis, span in enumerate(scene.surface.span))
-    regions = [load.region for load in scene.loads if load.kind == "patch"]
-    regions += [probe.region for probe in scene.probes if hasattr(probe, "region")]
-    lines = [load.at for load in scene.loads if load.kind == "point"]
+def plate_of(scene: Scene, frame: Frame, surface: Surface | None) -> Plate:
+    """The scene's solid in the box; creases of the surface are imprinted as regions too."""
+    (_, length), (_, width) = frame.region(scene.surface.span)
+    regions = [frame.region(load.region) for load in scene.loads if load.kind == "patch"]
+    regions += [frame.region(probe.region) for probe in scene.probes if hasattr(probe, "region")]
+    if surface is not None:
+        regions += [((0.0, x), (0.0, width)) for x in surface.creases(0)]
+        regions += [((0.0, length), (0.0, y)) for y in surface.creases(1)]
+    lines = [frame.place(load.at) for load in scene.loads if load.kind == "point"]
     return Plate(
-        x1 - x0,
-        y1 - y0,
+        length,
+        width,
         scene.thickness,
-        tuple(_band(scene, band) for band in scene.grooves),
-        tuple(_band(scene, band) for band in scene.protrusions),
-        tuple(dict.fromkeys(_region(scene, region) for region in regions)),
-        tuple(dict.fromkeys(_place(scene, at) for at in lines)),
+        tuple(_band(scene, frame, band) for band in scene.grooves),
+        tuple(_band(scene, frame, band) for band in scene.protrusions),
+        tuple(dict.fromkeys(regions)),
+        tuple(dict.fromkeys(lines)),
     )
 
 
-def _boxed(scene: Scene, axis: int, values: tuple[float, ...]) -> tuple[float, ...]:
-    """Parameters along an axis in box coordinates (m)."""
-    return tuple(_scale(scene)[axis] * (value - scene.surface.span[axis][0]) for value in values)
-
-
-def _place(scene: Scene, at: tuple[float, float]) -> tuple[float, float]:
-    """A point (x, y) in box coordinates."""
-    return _boxed(scene, 0, at[:1]) + _boxed(scene, 1, at[1:2])
-
-
-def _region(scene: Scene, region: tuple) -> tuple:
-    """A region in box coordinates."""
-    return _boxed(scene, 0, region[0]), _boxed(scene, 1, region[1])
-
-
-def _edge(scene: Scene, edge: str) -> tuple[int, float]:
+def _edge(scene: Scene, frame: Frame, edge: str) -> tuple[int, float]:
     """Axis and box coordinate of an edge."""
     axis, end = "xy".index(edge[0]), int(edge[1])
-    return axis, _boxed(scene, axis, scene.surface.span[axis])[end]
+    return axis, frame.interval(axis, scene.surface.span[axis])[end]
 
 
-def _band(scene: Scene, band: SceneBand) -> Band:
-    """A groove or protrusion in box coordinates."""
+def _band(scene: Scene, frame: Frame, band: SceneBand) -> Band:
+    """A groove or protrusion in the box."""
     axis = "xy".index(band.along)
-    along = _boxed(scene, axis, band.extent or scene.surface.span[axis])
     section = band.depth
     if band.profile is not None:
         points = np.array(band.profile.control_points)
-        points[:, 0] = _boxed(scene, 1 - axis, points[:, 0])
+        points[:, 0] = frame.interval(1 - axis, points[:, 0])
         weights = np.ones(len(points)) if band.profile.weights is None else np.array(band.profile.weights)
         section = Curve(band.profile.degree, points, weights, np.array(band.profile.knots))
-    return Band(-1 if band.face == "bottom" else 1, axis, _boxed(scene, 1 - axis, band.edges), along, section)
+    return Band(
+        side=-1 if band.face == "bottom" else 1,
+        axis=axis,
+        across=frame.interval(1 - axis, band.edges),
+        along=frame.interval(axis, band.extent or scene.surface.span[axis]),
+        section=section,
+    )
 
 
-def surface_of(scene: Scene) -> Surface | None:
-    """The NURBS mid-surface, or None where it is a rectangle."""
-    patch = scene.surface
-    if not isinstance(patch, NurbsPatch):
-        return None
-    points = np.array(patch.control_points)
-    weights = np.ones(points.shape[:2]) if patch.weights is None else np.array(patch.weights)
-    return Surface(patch.degree, tuple(np.array(knots) for knots in patch.knots), points, weights)
-
-
-def spacing_of(scene: Scene, size: float) -> Spacing:
+def spacing_of(scene: Scene, frame: Frame, size: float) -> Spacing:
     """Grading toward grooves, clamps and loads by fixed ratios, so that all edges scale with `size`."""
     return Spacing(size)
 
 
-def _load(scene: Scene, solid: Solid, load, mass) -> Load:
+def _has_gravity(scene: Scene) -> bool:
+    """Whether a load needs the mass."""
+    return any(load.kind == "gravity" for load in scene.loads)
+
+
+def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load:
     """Nodal forces of a load of the scene."""
     history = np.array(load.history)
     if load.kind == "gravity":
-        return Load(np.outer(mass.sum(axis=1), load.acceleration), history)
+        return Load(np.outer(np.asarray(mass.sum(axis=1)).ravel(), load.acceleration), history)
     if load.kind == "point":
-        share = line_share(solid, _place(scene, load.at))
+        share = line_share(solid, frame.place(load.at))
     elif load.kind == "edge":
-        share = face_share(solid, *_edge(scene, load.edge))
+        share = face_share(solid, *_edge(scene, frame, load.edge))
     else:
-        share = region_share(solid, _region(scene, load.region))
+        share = region_share(solid, frame.region(load.region))
     return Load(np.outer(share, load.force), history)
 
 
-def _probe(scene: Scene, solid: Solid, probe) -> np.ndarray:
+def _probe(frame: Frame, solid: Solid, probe) -> np.ndarray:
     """Weights (n,) of a probe of the scene."""
     if hasattr(probe, "region"):
-        return region_share(solid, _region(scene, probe.region))
-    return point_weights(solid, (*_place(scene, probe.at), probe.at[2]))
+        return region_share(solid, frame.region(probe.region))
+    return point_weights(solid, (*frame.place(probe.at[:2]), probe.at[2]))
 
 
 def _velocity(scene: Scene, points: np.ndarray) -> np.ndarray:
@@ -290,9 +299,16 @@ def _nothing(scene: Scene, level: ReferenceLevel, error: MeshError) -> Result:
     """The Result of a mesh that could not be made."""
     count = len(scene.probes)
     return Result(
-        **_header(scene, level), h=level.size, unknowns=0, times=np.empty(0), probe_position=np.full((count, 3), np.nan),
-        displacement=np.empty((0, count, 3)), energies={}, status=error.status, message=str(error),
-    )  # fmt: skip
+        **_header(scene, level),
+        h=level.size,
+        unknowns=0,
+        times=np.empty(0),
+        probe_position=np.full((count, 3), np.nan),
+        displacement=np.empty((0, count, 3)),
+        energies={},
+        status=error.status,
+        message=str(error),
+    )
 
 
 def _facts(model: Model) -> dict[str, float]:
@@ -305,6 +321,12 @@ def _facts(model: Model) -> dict[str, float]:
         "tetrahedra": solid.tetrahedra,
     }
     return facts if model.mass is None else {**facts, "mass": model.mass}
+
+
+def _outline(solid: Solid, displacement: np.ndarray) -> Outline:
+    """The surface with the displacement (n, 3) of all nodes."""
+    nodes, triangles, edges = surface_triangles(solid)
+    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges)
 
 
 def _peak_mb() -> float:

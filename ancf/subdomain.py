@@ -84,11 +84,12 @@ def thickness_range(
     cuts away all that lies above its floor, a protrusion too. Edges belong to their band. Raises
     ValueError where nothing is left.
     """
-    at = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
+    at = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     covers = [_within(at[0], band.limits(0)) & _within(at[1], band.limits(1)) for band in bands]
     depths = [_depth(band, at[band.across]) for band in bands]
     z_min, z_max = _faces(bands, thickness, covers, depths)
-    return np.broadcast_to(z_min, at[0].shape), np.broadcast_to(z_max, at[0].shape)
+    shape = np.broadcast_shapes(at[0].shape, at[1].shape)
+    return np.broadcast_to(z_min, shape), np.broadcast_to(z_max, shape)
 
 
 def division(cell: Cell, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
@@ -162,7 +163,7 @@ def _faces(bands: Sequence[Band], thickness: float, covers: Sequence, depths: Se
     for face in (BOTTOM, TOP):
         groove, protrusion = change[face, GROOVE], change[face, PROTRUSION]
         z[face] = face * (thickness / 2 + np.where(groove > 0, -groove, protrusion))
-    if np.any(z[TOP] <= z[BOTTOM]):
+    if np.any(z[TOP] - z[BOTTOM] <= ROUND_OFF * thickness):
         raise ValueError(f"the grooves leave no material of a thickness of {thickness} m")
     return z[BOTTOM], z[TOP]
 
@@ -176,18 +177,27 @@ def _divided_axis(cell: Cell, bands: Sequence[Band], axis: int, count: int) -> _
 
 
 def _interval(low: float, high: float, bands: Sequence[Band], axis: int, count: int, tolerance: float) -> _Axis:
-    """One interval of an axis; where a curved section crosses it, its points are spaced in the section's parameter."""
+    """One interval of an axis; where a curved section crosses it, its points are spaced in the section's parameter.
+
+    Of two curved sections, one on each face, the one that needs it more leads.
+    """
     middle = (low + high) / 2
     inside = [band.limits(axis)[0] < middle < band.limits(axis)[1] for band in bands]
     crossed = [here and band.across == axis for here, band in zip(inside, bands, strict=True)]
-    curved = [b for b, band in enumerate(bands) if crossed[b] and band.is_curved]
+    curved = {
+        b: _along_curve(band.section, low, high, count, tolerance)
+        for b, band in enumerate(bands)
+        if crossed[b] and band.is_curved
+    }
     depth = np.zeros((len(bands), count))
     if curved:
-        rule, depth[curved[0]] = _along_curve(bands[curved[0]].section, low, high, count, tolerance)
+        leading = min(curved, key=lambda b: _evenness(curved[b][0]))
+        rule, depth[leading] = curved.pop(leading)
+        crossed[leading] = False
     else:
         rule = onto_cell(gauss(count), [(low, high)])
     for b, band in enumerate(bands):
-        if crossed[b] and b not in curved[:1]:
+        if crossed[b]:
             depth[b] = _depth(band, rule.points[:, 0])
     return _Axis(rule, np.repeat(np.array(inside)[:, None], count, axis=1), depth)
 
@@ -208,6 +218,12 @@ def _along_curve(curve: Curve, low: float, high: float, count: int, tolerance: f
     c, c_u, _ = curve_derivatives(curve, along.points[:, 0])
     weights = along.weights * c_u[:, 0]
     return Rule(c[:, :1], weights * ((high - low) / weights.sum()), NO_PROMISE), c[:, 1]
+
+
+def _evenness(rule: Rule) -> float:
+    """Least over greatest slope of the map from Gauss points: small where the section has a vertical tangent."""
+    slope = rule.weights / gauss(len(rule.weights)).weights
+    return slope.min() / slope.max()
 
 
 def _depth(band: Band, across: np.ndarray) -> np.ndarray:

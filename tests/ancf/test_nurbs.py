@@ -84,8 +84,8 @@ def test_arc_is_an_exact_circle():
     assert np.abs(np.sum(d * c_uu, axis=-1) + np.sum(c_u * c_u, axis=-1)).max() < EXACT  # and so at second order
 
 
-def test_arc_against_its_closed_form_parametrization():
-    """The arc with weights (1, sqrt(1/2), 1) is the rational form of (cos, sin): x = (1 - u^2 + ...)/w."""
+def test_arc_against_its_rational_form():
+    """Bernstein polynomials with the weights (1, sqrt(1/2), 1), by hand."""
     w = (1 - U) ** 2 + 2 * W * U * (1 - U) + U**2
     x = ((1 - U) ** 2 + 2 * W * U * (1 - U)) / w
     assert np.abs(curve_derivatives(arc(), U)[0][:, 0] - x).max() < EXACT
@@ -130,7 +130,10 @@ def test_curvatures_equal_their_closed_form(name):
     uv = 0.05 + 0.9 * RANDOM
     values = surface_derivatives(SURFACES[name], *uv.T)
     normal = unit_normal(values)
-    dot = lambda a, b: np.sum(a * b, axis=-1)  # noqa: E731
+
+    def dot(a, b):
+        return np.sum(a * b, axis=-1)
+
     first = np.stack([dot(values.s_u, values.s_u), dot(values.s_u, values.s_v), dot(values.s_v, values.s_v)])
     second = -np.stack([dot(normal.n_u, values.s_u), dot(normal.n_u, values.s_v), dot(normal.n_v, values.s_v)])
     area = first[0] * first[2] - first[1] ** 2

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.sparse as sp
 
 from ancf.element import integrand
 from ancf.mesh import Mesh
@@ -18,9 +19,23 @@ from ancf.subdomain import Band, division, element_rule, thickness_range
 POINTS = (5, 5, 3)
 
 
+def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.csr_matrix:
+    """Rows (n, v) of the positions at the reference coordinates points (n, 3), each in its element (n,)."""
+    rows, columns, values = [], [], []
+    for e in np.unique(elements):
+        (x0, x1), (y0, y1) = mesh.cells[e]
+        own = np.flatnonzero(elements == e)
+        S, _ = mesh.shape.evaluate(points[own] - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+        rows.append(np.repeat(own, S.shape[1]))
+        columns.append(np.tile(mesh.connectivity[e], len(own)))
+        values.append(S.ravel())
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return sp.csr_matrix(entries, shape=(len(points), len(mesh.vectors)))
+
+
 def value_at(mesh: Mesh, x: float, y: float, z: float) -> np.ndarray:
-    """Row (v,) of the position at the reference coordinates (x, y, z)."""
-    return _combine(mesh, mesh.locate(x, y), Rule(np.array([[x, y, z]]), np.ones(1), 0), normal=None)[0]
+    """Row (v,) of the position at the reference coordinates (x, y, z). Raises ValueError beside the plate."""
+    return interpolation(mesh, np.array([mesh.locate(x, y)]), np.array([[x, y, z]])).toarray()[0]
 
 
 def mean_through_thickness(mesh: Mesh, bands: Sequence[Band], thickness: float, x: float, y: float) -> np.ndarray:
@@ -29,7 +44,7 @@ def mean_through_thickness(mesh: Mesh, bands: Sequence[Band], thickness: float, 
     line = gauss(POINTS[2])
     z = (z_min + z_max) / 2 + (z_max - z_min) / 2 * line.points[:, 0]
     points = np.stack([np.full_like(z, x), np.full_like(z, y), z], axis=1)
-    return _combine(mesh, mesh.locate(x, y), Rule(points, line.weights / 2, 0), normal=None)[0]
+    return line.weights / 2 @ interpolation(mesh, np.full(len(z), mesh.locate(x, y)), points)
 
 
 def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region) -> np.ndarray:
@@ -56,7 +71,7 @@ def mean_over_edge(mesh: Mesh, bands: Sequence[Band], thickness: float, edge: st
     row, area = np.zeros(len(mesh.vectors)), 0.0
     for e, cell in enumerate(mesh.cells):
         if at in cell[axis]:
-            piece, amount = _combine(mesh, e, _face_rule(cell, bands, thickness, axis, float(at)), normal=axis)
+            piece, amount = _area_row(mesh, e, _face_rule(cell, bands, thickness, axis, float(at)), axis)
             row += piece
             area += amount
     return row / area
@@ -85,18 +100,12 @@ def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
     return row, float(part.volume.sum())
 
 
-def _combine(mesh: Mesh, e: int, rule: Rule, normal: int | None) -> tuple[np.ndarray, float]:
-    """Weighted sum of the shape functions as a row (v,), and the sum of the weights.
-
-    normal: axis that the rule holds constant; its weights are then multiplied by the area of the
-    parallelogram of the two other reference derivatives.
-    """
+def _area_row(mesh: Mesh, e: int, rule: Rule, axis: int) -> tuple[np.ndarray, float]:
+    """Integral of the shape functions over a face of element e that holds `axis` constant (v,), and its area."""
     (x0, x1), (y0, y1) = mesh.cells[e]
     S, S_p = mesh.shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
-    weights = rule.weights
-    if normal is not None:
-        J = np.einsum("ic,qip->qpc", mesh.vectors[mesh.connectivity[e]], S_p)
-        weights = weights * np.linalg.norm(np.cross(J[:, 1 - normal], J[:, 2]), axis=1)
+    J = np.einsum("ic,qip->qpc", mesh.vectors[mesh.connectivity[e]], S_p)
+    weights = rule.weights * np.linalg.norm(np.cross(J[:, 1 - axis], J[:, 2]), axis=1)
     row = np.zeros(len(mesh.vectors))
     row[mesh.connectivity[e]] = weights @ S
     return row, float(weights.sum())

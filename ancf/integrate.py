@@ -92,8 +92,7 @@ def step(
     def jacobian(q: np.ndarray) -> np.ndarray:
         return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q)
 
-    guess = drift + dt**2 * beta * state.a
-    found = correct(system, solver, guess, balance, jacobian, factor, reuse=True)
+    found = correct(system, solver, drift, balance, jacobian, factor, reuse=True)
     if found.status != OK:
         return Step(state, found.status, found.iterations, found.factorisations, None)
     a = acceleration(found.q)

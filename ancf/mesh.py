@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -31,7 +32,7 @@ class Mesh:
     parameters: np.ndarray
     corners: np.ndarray
 
-    @property
+    @cached_property
     def cells(self) -> list[Cell]:
         """Parameter ranges of the elements."""
         return [

@@ -18,7 +18,7 @@ from ancf.system import System
 TOLERANCE = 1e-9
 FULL_LIMIT = 40
 OLD_LIMIT = 80
-REFRESH = 0.4
+REFRESH = 0.2
 SMALLEST_CUT = 2.0**-10
 
 OK = "ok"
@@ -89,10 +89,11 @@ def correct(
 
 
 class Path(NamedTuple):
-    """Equilibrium reached at the load parameter t: q (3 v,), status, steps, iterations."""
+    """Equilibrium reached at the load parameter t: q (3 v,), work of the loads (J), status, steps, iterations."""
 
     t: float
     q: np.ndarray
+    work: float
     status: str
     steps: int
     iterations: int
@@ -104,19 +105,20 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     A step that fails is halved, down to SMALLEST_CUT of the given one; after a success it doubles
     again up to that. The status is that of the last failure where the path could not be followed.
     """
-    cut, steps, iterations = 1.0, 0, 0
+    cut, work, steps, iterations = 1.0, 0.0, 0, 0
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
         found = correct(system, solver, q, _statics(system, target), system.tangent)
         iterations += found.iterations
         if found.status == OK:
+            work += float((system.loads_total(t) + system.loads_total(target)) @ (found.q - q)) / 2
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:
             cut /= 2
         else:
-            return Path(t, q, found.status, steps, iterations)
-    return Path(until, q, OK, steps, iterations)
+            return Path(t, q, work, found.status, steps, iterations)
+    return Path(until, q, work, OK, steps, iterations)
 
 
 def _statics(system: System, t: float) -> Callable[[np.ndarray], Balance]:

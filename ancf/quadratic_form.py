@@ -33,7 +33,7 @@ from ancf.element import Integrand
 from ancf.material import SaintVenantKirchhoff
 
 DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-CHUNK = 256
+CHUNK = 64
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 

@@ -16,6 +16,7 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,10 +28,11 @@ from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, Surface
+from ancf.outline import facets, positions
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp
-from ancf.system import Body, System, body, system
-from compare.result import Result
+from ancf.system import Body, System, body, distinct, expected_memory, system
+from compare.result import Outline, Result
 from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
@@ -75,7 +77,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
     model = build(scene, level)
     with np.errstate(over="ignore", invalid="ignore"):
         run = _statics if scene.analysis.kind == "static" else _dynamics
-        history, _ = run(scene, level, model, progress)
+        history, q = run(scene, level, model, progress)
     return Result(
         scene=scene.physics(),
         solver=SOLVER,
@@ -102,7 +104,15 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
             "distinct_elements": model.body.shapes,
             "factorisations": history.factorisations,
         },
+        outline=_outline(scene, model, q),
     )
+
+
+def _outline(scene: Scene, model: Model, q: np.ndarray) -> Outline:
+    surface = facets(model.mesh, model.bands, scene.thickness)
+    reference = positions(model.mesh, surface, model.mesh.vectors)
+    displaced = positions(model.mesh, surface, q.reshape(-1, 3))
+    return Outline(reference, displaced - reference, surface.triangles, surface.edges)
 
 
 def _message(history: History) -> str:
@@ -118,12 +128,9 @@ def build(scene: Scene, level: AncfLevel) -> Model:
     material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
     density = scene.material.density or 0.0
     plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration)
-    held = np.zeros(3 * len(mesh.vectors), dtype=bool)
-    for support in scene.supports:
-        held |= clamp(mesh, support.edge, support.gradients)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
     probes = np.stack([_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes])
-    return Model(mesh, bands, plate, system(plate, held, loads, scene.thickness), probes)
+    return Model(mesh, bands, plate, system(plate, _held(scene, mesh), loads, scene.thickness), probes)
 
 
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
@@ -133,6 +140,14 @@ def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
         surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
     lines = (np.linspace(*span, count + 1) for span, count in zip(scene.surface.span, level.mesh, strict=True))
     return grid(*lines, surface)
+
+
+def _held(scene: Scene, mesh: Mesh) -> np.ndarray:
+    """Held components (3 v,)."""
+    held = np.zeros(3 * len(mesh.vectors), dtype=bool)
+    for support in scene.supports:
+        held |= clamp(mesh, support.edge, support.gradients)
+    return held
 
 
 def _bands(scene: Scene) -> tuple[Band, ...]:
@@ -185,11 +200,11 @@ def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -
     if start is not None:
         history.status, q = start.status, start.q
     _record(history, model, 0.0, q, np.zeros_like(q), work)
-    for t0, t1 in zip(times[:-1], times[1:], strict=True):
+    for t0, t1 in pairwise(times):
         if history.status != OK:
             break
         path = equilibrium(acting, solver, q, t0, t1, level.time_step)
-        work += float((acting.loads_total(t0) + acting.loads_total(t1)) @ (path.q - q)) / 2
+        work += path.work
         history.steps += path.steps
         history.iterations += path.iterations
         history.status, q = path.status, path.q
@@ -212,7 +227,7 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
     times, scheme, factor = _output_times(scene), SCHEMES[level.integrator], None
     _record(history, model, 0.0, state.q, state.v, 0.0)
     old_dt = 0.0
-    for t0, t1 in zip(times[:-1], times[1:], strict=True):
+    for t0, t1 in pairwise(times):
         dt = (t1 - t0) / np.ceil((t1 - t0) / level.time_step - 1e-9)
         factor = factor if abs(dt - old_dt) < 1e-9 * dt else None
         motion = advance(acting, solver, scheme, state, float(t1), dt, factor)
@@ -262,10 +277,46 @@ def _edge_length(mesh: Mesh) -> float:
 
 
 def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
-    """Size of the solve and what is and is not modelled, without solving."""
-    nx, ny = level.mesh
-    held = sum(4 * (level.mesh[1 - "xy".index(s.edge[0])] + 1) for s in scene.supports)
-    unknowns = 12 * (nx + 1) * (ny + 1) - 3 * held
-    band = 12 * (min(nx, ny) + 2) + 12
-    memory = 60 + 8e-6 * (2 * unknowns * band + 2400 * nx * ny)
-    return {"unknowns": unknowns, "elements": nx * ny, "memory_mb": memory, "modelled": [], "left_out": []}
+    """What a solve would model and what it costs, without solving.
+
+    {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
+    """
+    mesh = _mesh(scene, level)
+    unknowns = int((~_held(scene, mesh)).sum())
+    modelled, left_out = _words(scene, level)
+    return {
+        "unknowns": unknowns,
+        "elements": len(mesh.connectivity),
+        "memory_mb": expected_memory(mesh, unknowns, len(distinct(mesh, _bands(scene))[1])),
+        "modelled": modelled,
+        "left_out": left_out,
+    }
+
+
+def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
+    """What is modelled and what is left out, one line each."""
+    dynamic = scene.analysis.kind == "dynamic"
+    points = "x".join(str(count) for count in level.points)
+    per = "subdomain" if level.integration == "subdomain" else "element"
+    modelled = [
+        "fully parameterized conforming plate elements (48 coordinates), large rotation and strain",
+        f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
+        f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
+        if dynamic
+        else f"static equilibrium by load steps of {level.time_step:g}",
+    ]
+    modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
+    modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
+    modelled += [f"clamp of edge {support.edge}, gradients {support.gradients}" for support in scene.supports]
+    modelled += [f"{load.kind} load" for load in scene.loads]
+    modelled += ["rigid initial velocity"] if scene.initial else []
+    stated = {
+        "grooves": scene.grooves,
+        "protrusions": scene.protrusions,
+        "supports": scene.supports,
+        "gravity": [load for load in scene.loads if load.kind == "gravity"],
+        "other loads": [load for load in scene.loads if load.kind != "gravity"],
+        "inertia": dynamic,
+    }
+    left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
+    return modelled, [*left_out, "damping, contact, plasticity", "warping near groove edges finer than an element"]

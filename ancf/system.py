@@ -16,6 +16,8 @@ from ancf.mesh import Mesh
 from ancf.quadratic_form import CHUNK, QuadraticElements, element_order, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
+FORM_BYTES = 8 * (2 * 136**2 + 120**2)
+ELEMENT_BYTES = 20_000
 MOST_FORM_BYTES = 1_500_000_000
 ROUND_OFF = 1e-13
 
@@ -105,20 +107,19 @@ def body(
 ) -> Body:
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
-    Two shapes are equal when their Gram matrices agree: they then differ by a rigid motion, which an
-    isotropic material does not see. pointwise: keep the points instead of the tensors; so are meshes
+    pointwise: keep the points instead of the tensors; so are meshes
     of very many distinct elements. Raises ValueError where a groove leaves no material or a reference
     shape folds.
     """
     vectors = mesh.element_vectors
-    form_of, first = _distinct(mesh, bands, vectors)
+    form_of, first = distinct(mesh, bands)
     parts = [
         integrand(
             mesh.shape, element_rule(mesh.cells[e], bands, thickness, points, integration), mesh.cells[e], vectors[e]
         )
         for e in first
     ]
-    pointwise = pointwise or len(parts) * 53_000 * 8 > MOST_FORM_BYTES
+    pointwise = pointwise or len(parts) * FORM_BYTES > MOST_FORM_BYTES
     order = np.arange(len(form_of)) if pointwise else element_order(form_of)
     form_of, connectivity = form_of[order], mesh.connectivity[order]
     if pointwise:
@@ -142,8 +143,13 @@ def body(
     )
 
 
-def _distinct(mesh: Mesh, bands: Sequence[Band], vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Number of each element's shape (e,), and the first element of each shape (g,)."""
+def distinct(mesh: Mesh, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
+    """Number of each element's shape (e,), and the first element of each shape (g,).
+
+    Two shapes are equal when what they see of the grooves agrees and so do the Gram matrices of their
+    reference vectors: they then differ by a rigid motion, which an isotropic material does not see.
+    """
+    vectors = mesh.element_vectors
     Q = from_first_node(vectors, mesh.shape.positions)
     gram = Q @ Q.swapaxes(1, 2)
     rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
@@ -166,6 +172,13 @@ def _mass_matrix(parts: list[Integrand], form_of, connectivity, vectors: int, de
     values = np.stack([mass(part, density) for part in parts])[form_of]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
+
+
+def expected_memory(mesh: Mesh, unknowns: int, shapes: int) -> float:
+    """Memory (MB) of a whole process that solves on this mesh with so many distinct elements."""
+    elements = len(mesh.connectivity)
+    band = 12 * (min(len(mesh.x_lines), len(mesh.y_lines)) + 1) + 12
+    return 92 + 1e-6 * (FORM_BYTES * shapes + ELEMENT_BYTES * elements + 2 * 8 * band * unknowns)
 
 
 def system(plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float) -> System:

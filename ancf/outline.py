@@ -1,0 +1,92 @@
+"""The body's true surface, grooves included, as triangles: for pictures only."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ancf.functional import interpolation
+from ancf.mesh import Mesh
+from ancf.subdomain import Band, division, thickness_range
+
+FINEST = 32
+INWARD = 1e-7
+QUAD = np.array([[0, 1, 2], [0, 2, 3]])
+SIDES = ((0, 1), (1, 2), (2, 3), (3, 0))
+
+
+class Facets(NamedTuple):
+    """points (n, 3) in reference coordinates, element of each (n,), triangles (m, 3), element lines (k, 2)."""
+
+    points: np.ndarray
+    elements: np.ndarray
+    triangles: np.ndarray
+    edges: np.ndarray
+
+
+def positions(mesh: Mesh, facets: Facets, vectors: np.ndarray) -> np.ndarray:
+    """Positions (n, 3) in m of the facets' points for nodal vectors (v, 3)."""
+    return interpolation(mesh, facets.elements, facets.points) @ vectors
+
+
+def facets(mesh: Mesh, bands: Sequence[Band], thickness: float) -> Facets:
+    """Both faces, the walls of the grooves and the plate's edges.
+
+    The mid-surface is divided at element lines and groove edges and then evenly, about FINEST times a
+    side; each of these patches has its own corners, so that a groove's wall is as sharp as it is.
+    """
+    x, y = (_lines(mesh, bands, axis) for axis in (0, 1))
+    nx, ny = len(x) - 1, len(y) - 1
+    i, j = np.indices((nx, ny))
+    corners = [np.stack([x[i + c], y[j + d]], axis=-1) for c, d in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    xy = np.stack(corners, axis=2)
+    inside = xy + INWARD * (xy.mean(axis=2, keepdims=True) - xy)
+    z = thickness_range(bands, thickness, inside[..., 0], inside[..., 1])
+    points = np.concatenate([np.concatenate([xy, z[face][..., None]], axis=-1).reshape(-1, 3) for face in (1, 0)])
+    number = np.arange(nx * ny * 4).reshape(nx, ny, 4)
+    top, bottom = number, number + number.size
+    quads = [top.reshape(-1, 4), bottom[..., ::-1].reshape(-1, 4), *_walls(top, bottom, z)]
+    triangles = np.concatenate(quads)[:, QUAD].reshape(-1, 3)
+    elements = _elements(mesh, xy.mean(axis=2).reshape(-1, 2))
+    edges = np.concatenate([_edges(face, x, y, mesh) for face in (top, bottom)])
+    return Facets(points, np.tile(np.repeat(elements, 4), 2), triangles, edges)
+
+
+def _lines(mesh: Mesh, bands: Sequence[Band], axis: int) -> np.ndarray:
+    """Element lines, groove edges and even divisions on one axis."""
+    lines = np.unique(np.round(np.concatenate([division(cell, bands)[axis] for cell in mesh.cells]), 12))
+    own = (mesh.x_lines, mesh.y_lines)[axis]
+    lines = np.union1d(own, [line for line in lines if np.abs(own - line).min() > 1e-9 * np.ptp(own)])
+    counts = np.ceil(np.diff(lines) / np.ptp(lines) * FINEST - 1e-9).astype(int)
+    parts = [np.linspace(a, b, n, endpoint=False) for a, b, n in zip(lines[:-1], lines[1:], counts, strict=True)]
+    return np.concatenate([*parts, lines[-1:]])
+
+
+def _elements(mesh: Mesh, at: np.ndarray) -> np.ndarray:
+    """Element that contains each of the points (n, 2)."""
+    number = np.empty((len(mesh.x_lines) - 1, len(mesh.y_lines) - 1), dtype=int)
+    number[tuple(mesh.corners.T)] = np.arange(len(mesh.corners))
+    column, row = (np.searchsorted(lines, s) - 1 for lines, s in zip((mesh.x_lines, mesh.y_lines), at.T, strict=True))
+    return number[column, row]
+
+
+def _walls(top: np.ndarray, bottom: np.ndarray, z) -> list[np.ndarray]:
+    """Upright quadrilaterals: the plate's edges, and wherever two neighbouring patches differ in height."""
+    rims = [(np.s_[:, 0], 0, 1), (np.s_[-1], 1, 2), (np.s_[:, -1], 2, 3), (np.s_[0], 3, 0)]
+    quads = [np.stack([top[at][:, b], top[at][:, a], bottom[at][:, a], bottom[at][:, b]], -1) for at, a, b in rims]
+    inner = [(np.s_[:-1], np.s_[1:], (2, 1), (3, 0)), (np.s_[:, :-1], np.s_[:, 1:], (3, 2), (0, 1))]
+    for number, height, outward in ((top, z[1], 1), (bottom, z[0], -1)):
+        for one, other, (a, b), (c, d) in inner:
+            apart = np.abs(height[one][..., [a, b]] - height[other][..., [c, d]]).max(axis=-1) > 1e-12
+            p, q = number[one][apart], number[other][apart]
+            quads.append(np.stack([p[:, a], p[:, b], q[:, d], q[:, c]], axis=-1)[:, ::outward])
+    return quads
+
+
+def _edges(face: np.ndarray, x: np.ndarray, y: np.ndarray, mesh: Mesh) -> np.ndarray:
+    """Sides of patches that lie on element lines, as pairs of points (k, 2)."""
+    on_x, on_y = np.isin(x, mesh.x_lines), np.isin(y, mesh.y_lines)
+    chosen = [face[:, on_y[:-1]], face[on_x[1:]], face[:, on_y[1:]], face[on_x[:-1]]]
+    return np.concatenate([part[..., side].reshape(-1, 2) for part, side in zip(chosen, SIDES, strict=True)])

@@ -17,11 +17,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from scipy.sparse import csr_matrix, triu
 from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, LinearForm
 from skfem.helpers import ddot, eye, grad, identity, mul, trace, transpose
 
+from reference_fe.kernel import add_force, add_tangent
 from reference_fe.mesh import Solid
 
 EXACT = 5  # degree of the 14-point rule: the least one without negative weights that reaches degree 4
@@ -120,22 +120,46 @@ def _expand(start: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return indptr, indices
 
 
-def internal_force(table: Table, material: Lame, displacement: np.ndarray) -> tuple[np.ndarray, float]:
-    """Internal force (n, 3) in N and strain energy (J) at the displacement (n, 3) in m."""
+def internal_force(
+    table: Table, material: Lame, displacement: np.ndarray, step: np.ndarray | None = None
+) -> tuple[np.ndarray, float]:
+    """Internal force (n, 3) in N and strain energy (J) at the displacement (n, 3) in m.
+
+    With `step`, the last change of the displacement, the stress is the one predicted before that step:
+    E loses its part (dHᵀ dH) / 2 of second order in dH = d(step)/dX (see newton.solve_mixed).
+    """
     force = np.zeros_like(displacement)
-    energy = _force(table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, force)
+    change, mixed = _or_itself(step, displacement)
+    energy = add_force(
+        table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, change, mixed, force
+    )
     return force, energy
 
 
 def tangent(
-    table: Table, material: Lame, where: Pattern, displacement: np.ndarray, values: np.ndarray, factor: float = 1.0
+    table: Table,
+    material: Lame,
+    where: Pattern,
+    displacement: np.ndarray,
+    values: np.ndarray,
+    factor: float = 1.0,
+    step: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Add `factor` times the tangent (N/m) at the displacement (n, 3) to the upper-triangle values (nnz,)."""
-    _tangent(
-        table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, factor,
+    """Add `factor` times the tangent (N/m) at the displacement (n, 3) to the upper-triangle values (nnz,).
+
+    `step` as in `internal_force`.
+    """
+    change, mixed = _or_itself(step, displacement)
+    add_tangent(
+        table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, change, mixed, factor,
         where.number, where.indptr, where.slot, values,
     )  # fmt: skip
     return values
+
+
+def _or_itself(step: np.ndarray | None, displacement: np.ndarray) -> tuple[np.ndarray, bool]:
+    """The kernels' two arguments for an optional step."""
+    return (displacement, False) if step is None else (step, True)
 
 
 def mass_values(mass: csr_matrix, where: Pattern) -> np.ndarray:
@@ -149,104 +173,6 @@ def mass_values(mass: csr_matrix, where: Pattern) -> np.ndarray:
     for c in range(3):
         values[where.indptr[3 * row + c] + 3 * k] = upper.data
     return values
-
-
-@njit(cache=True)
-def _stress(gradient, lam, mu, u, F, S):
-    """Fill F and S (3, 3) at one point: gradient (10, 3), u (10, 3); returns the energy density."""
-    for i in range(3):
-        for p in range(3):
-            total = 0.0
-            for a in range(gradient.shape[0]):
-                total += u[a, i] * gradient[a, p]
-            F[i, p] = total
-    strain = 0.0
-    for p in range(3):
-        for r in range(p, 3):
-            product = F[0, p] * F[0, r] + F[1, p] * F[1, r] + F[2, p] * F[2, r]
-            S[p, r] = 0.5 * (F[p, r] + F[r, p] + product)
-    volumetric = S[0, 0] + S[1, 1] + S[2, 2]
-    for p in range(3):
-        for r in range(p, 3):
-            strain += (1.0 if p == r else 2.0) * S[p, r] * S[p, r]
-            S[p, r] = 2.0 * mu * S[p, r] + (lam * volumetric if p == r else 0.0)
-            S[r, p] = S[p, r]
-    for i in range(3):
-        F[i, i] += 1.0
-    return 0.5 * lam * volumetric * volumetric + mu * strain
-
-
-@njit(cache=True)
-def _force(nodes, gradient, weight, lam, mu, displacement, force):
-    """Add the internal force to `force` (n, 3); returns the strain energy."""
-    F, S, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    u, f = np.empty((10, 3)), np.empty((10, 3))
-    energy = 0.0
-    for e in range(nodes.shape[0]):
-        for a in range(10):
-            for i in range(3):
-                u[a, i] = displacement[nodes[e, a], i]
-                f[a, i] = 0.0
-        for q in range(weight.shape[1]):
-            energy += weight[e, q] * _stress(gradient[e, q], lam, mu, u, F, S)
-            for i in range(3):
-                for p in range(3):
-                    P[i, p] = weight[e, q] * (F[i, 0] * S[0, p] + F[i, 1] * S[1, p] + F[i, 2] * S[2, p])
-            for a in range(10):
-                g0, g1, g2 = gradient[e, q, a, 0], gradient[e, q, a, 1], gradient[e, q, a, 2]
-                for i in range(3):
-                    f[a, i] += P[i, 0] * g0 + P[i, 1] * g1 + P[i, 2] * g2
-        for a in range(10):
-            for i in range(3):
-                force[nodes[e, a], i] += f[a, i]
-    return energy
-
-
-@njit(cache=True)
-def _tangent(nodes, gradient, weight, lam, mu, displacement, factor, number, indptr, slot, values):
-    """Add factor x tangent to the upper-triangle CSR values."""
-    F, S, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    u, f, s = np.empty((10, 3)), np.empty((10, 3)), np.empty((10, 3))
-    K = np.empty((10, 10, 3, 3))
-    for e in range(nodes.shape[0]):
-        for a in range(10):
-            for i in range(3):
-                u[a, i] = displacement[nodes[e, a], i]
-        K[:] = 0.0
-        for q in range(weight.shape[1]):
-            g = gradient[e, q]
-            w = factor * weight[e, q]
-            _stress(g, lam, mu, u, F, S)
-            for i in range(3):
-                for j in range(3):
-                    b[i, j] = w * mu * (F[i, 0] * F[j, 0] + F[i, 1] * F[j, 1] + F[i, 2] * F[j, 2])
-            for a in range(10):
-                for i in range(3):
-                    f[a, i] = F[i, 0] * g[a, 0] + F[i, 1] * g[a, 1] + F[i, 2] * g[a, 2]
-                    s[a, i] = w * (S[i, 0] * g[a, 0] + S[i, 1] * g[a, 1] + S[i, 2] * g[a, 2])
-            for a in range(10):
-                for c in range(a, 10):
-                    geometric = s[a, 0] * g[c, 0] + s[a, 1] * g[c, 1] + s[a, 2] * g[c, 2]
-                    shear = g[a, 0] * g[c, 0] + g[a, 1] * g[c, 1] + g[a, 2] * g[c, 2]
-                    for i in range(3):
-                        for j in range(3):
-                            K[a, c, i, j] += w * (lam * f[a, i] * f[c, j] + mu * f[c, i] * f[a, j]) + shear * b[i, j]
-                        K[a, c, i, i] += geometric
-        for a in range(10):
-            for c in range(a, 10):
-                if slot[e, a, c] >= 0:
-                    _scatter(K[a, c], False, number[nodes[e, a]], slot[e, a, c], indptr, values)
-                elif slot[e, c, a] >= 0:
-                    _scatter(K[a, c], True, number[nodes[e, c]], slot[e, c, a], indptr, values)
-
-
-@njit(cache=True)
-def _scatter(block, transposed, row, k, indptr, values):
-    """Add a 3 x 3 block to the k-th block of a block row; of the diagonal block only its upper triangle."""
-    for i in range(3):
-        start = indptr[3 * row + i] + 3 * k - i
-        for j in range(i if k == 0 else 0, 3):
-            values[start + j] += block[j, i] if transposed else block[i, j]
 
 
 def vector_basis(solid: Solid, degree: int) -> Basis:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference_fe.newton import Equation, Memory, NewtonFailure, solve
+from reference_fe.newton import Equation, Memory, NewtonFailure, solve, solve_mixed
 from reference_fe.system import System
 
 HALVINGS = 8
@@ -60,16 +60,17 @@ def balance(system: System, state: Balance, until: float, memory: Memory) -> Bal
     applied = system.applied(until)
     latest = {"u": state.u, "strain": state.strain}
 
-    def residual(unknowns: np.ndarray) -> np.ndarray:
+    def residual(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
         u = unknowns.reshape(-1, 3)
-        internal, strain = system.internal(u)
+        internal, strain = system.internal(u, None if step is None else step.reshape(-1, 3))
         latest.update(u=u, strain=strain)
         return (internal - applied).ravel()
 
-    def tangent(unknowns: np.ndarray) -> np.ndarray:
-        return system.tangent(unknowns.reshape(-1, 3))
+    def tangent(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
+        return system.tangent(unknowns.reshape(-1, 3), step=None if step is None else step.reshape(-1, 3))
 
     if np.any(applied != state.applied):
-        solve(Equation(residual, tangent, system.scale), state.u.ravel(), memory)
+        near = solve_mixed(residual, tangent, state.u.ravel(), system.scale, memory)
+        solve(Equation(residual, tangent, system.scale), near, memory)
     external = state.external + 0.5 * float(np.sum((state.applied + applied) * (latest["u"] - state.u)))
     return Balance(until, latest["u"], applied, latest["strain"], external)

@@ -34,19 +34,23 @@ class System:
         full[self.pattern.free] = u
         return full
 
-    def internal(self, u: np.ndarray) -> tuple[np.ndarray, float]:
-        """Internal force (f, 3) in N and strain energy (J)."""
-        force, energy = internal_force(self.table, self.material, self.expand(u))
+    def internal(self, u: np.ndarray, step: np.ndarray | None = None) -> tuple[np.ndarray, float]:
+        """Internal force (f, 3) in N and strain energy (J); with `step` as elasticity.internal_force has it."""
+        change = None if step is None else self.expand(step)
+        force, energy = internal_force(self.table, self.material, self.expand(u), change)
         return force[self.pattern.free], energy
 
     def applied(self, time: float) -> np.ndarray:
         """Applied force (f, 3) in N at a time (s)."""
         return self.loads(time)[self.pattern.free]
 
-    def tangent(self, u: np.ndarray, stiffness: float = 1.0, mass: float = 0.0) -> np.ndarray:
-        """Upper-triangle values of stiffness x K(u) + mass x M."""
+    def tangent(
+        self, u: np.ndarray, stiffness: float = 1.0, mass: float = 0.0, step: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Upper-triangle values of stiffness x K(u) + mass x M; with `step` as elasticity.tangent has it."""
         values = mass * self.mass_values if mass else np.zeros(self.pattern.indices.size)
-        return tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness)
+        change = None if step is None else self.expand(step)
+        return tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness, change)
 
     def solve_mass(self, force: np.ndarray) -> np.ndarray:
         """Acceleration (f, 3) in m/s2 that the force (f, 3) in N gives the mass."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
+import signal
 import sys
 import tomllib
 from collections.abc import Sequence
@@ -51,6 +52,7 @@ class UsageError(ValueError):
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code. Errors of the user are one message on standard error."""
     options = _parser().parse_args(arguments)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a termination ends the workers as an interrupt does
     try:
         return options.command(options)
     except KeyboardInterrupt:
@@ -146,8 +148,7 @@ def _count(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scenes = _changed(_with_companions(options.scene), options.set)
-    solvers = {options.solver: SOLVERS[options.solver]} if options.solver else SOLVERS
-    entries, rows = _solved(scenes, options, options.budget, solvers)
+    entries, rows = _solved(scenes, options, options.budget, options.solver)
     _print_table(rows)
     _say_failures(entries)
     study = f"reports.{scenes[0].study}"
@@ -207,10 +208,9 @@ def _accept(options: argparse.Namespace) -> int:
 
 def _explain(options: argparse.Namespace) -> int:
     from compare.explain import explain
+    from compare.scene import load
 
-    solvers = {name: module for name, module in SOLVERS.items() if importlib.util.find_spec(module)}
-    for scene in _with_companions(options.scene)[:1]:
-        print("\n".join(explain(scene, options.budget, solvers)))
+    print("\n".join(explain(load(options.scene), options.budget, SOLVERS)))
     return OK
 
 
@@ -259,9 +259,10 @@ def _setting(text: str) -> tuple[str, Any]:
 
 
 def _solved(
-    scenes: list[Scene], options: argparse.Namespace, budget: str, solvers: dict[str, str] = SOLVERS
+    scenes: list[Scene], options: argparse.Namespace, budget: str, solver: str | None = None
 ) -> tuple[list[Entry], list[dict[str, Any]]]:
-    """Entries and rows of a study of the scenes, progress on standard error."""
+    """Entries and rows of a study of the scenes by one solver or all of them, progress on standard error."""
+    solvers = {solver: SOLVERS[solver]} if solver else SOLVERS
     for scene in scenes:
         if not any(scene.ladder(solver, budget) for solver in solvers):
             raise UsageError(f"{scene.name}: no level of {' or '.join(solvers)} within the budget {budget}")

@@ -14,8 +14,10 @@ def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
 
     solvers: name in the scene -> dotted module with estimate(scene, level).
     """
-    found = [scene.title, f"source: {scene.source or 'not stated'}", ""]
+    found = [scene.title, f"source: {scene.source or 'not stated'}"]
     found += [f"assumed: {text}" for text in scene.assumed]
+    if scene.companions:
+        found += [f"companions, run with it: {', '.join(scene.companions)}"]
     for solver, module in solvers.items():
         if levels := scene.ladder(solver, budget):
             found += ["", *_solver(scene, solver, levels, importlib.import_module(module))]

@@ -13,6 +13,7 @@ greatest. "bottom" is the face of negative z, "top" that of positive z.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -368,9 +369,12 @@ class Scene(Part):
         """
         data = self.model_dump(mode="json", exclude_defaults=True)
         data = {**data, "name": name or self.name}
-        for key, value in changes.items():
-            _set(data, key, value)
-        return parse(data, name or self.name)
+        try:
+            for key, value in changes.items():
+                _set(data, key, value)
+        except SceneError as error:
+            raise SceneError([f"{data['name']}: {problem}" for problem in error.problems]) from error
+        return _validated(data, data["name"])
 
 
 def _set(data: Any, key: str, value: Any) -> None:
@@ -388,22 +392,35 @@ def _set(data: Any, key: str, value: Any) -> None:
             data.pop(last, None)
         else:
             data[last] = value
-    except (KeyError, IndexError, TypeError, ValueError) as error:
-        raise SceneError([f"override {key} = {value!r}: the scene has no such key"]) from error
+    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
+        raise SceneError([f"{key} = {value!r}: the scene has no such key"]) from error
 
 
 def parse(data: dict[str, Any], origin: str) -> Scene:
     """Scene from plain values; `origin` (a file's path) begins every problem of the SceneError it may raise."""
+    from compare.scene_checks import variant_problems
+
+    scene = _validated(data, origin)
+    _refuse(origin, variant_problems(scene))
+    return scene
+
+
+def _validated(data: dict[str, Any], origin: str) -> Scene:
+    """Scene whose own values are right; its variants are not tried."""
     from compare.scene_checks import problems
 
     try:
         scene = Scene.model_validate(data)
     except ValidationError as error:
         raise SceneError([f"{origin}: {problem}" for problem in describe(error, data)]) from error
-    found = [f"{origin}: {problem}" for problem in problems(scene)]
+    _refuse(origin, problems(scene))
+    return scene
+
+
+def _refuse(origin: str, problems: Iterable[str]) -> None:
+    found = [f"{origin}: {problem}" for problem in problems]
     if found:
         raise SceneError(found)
-    return scene
 
 
 def load(scene: str | Path) -> Scene:

@@ -14,7 +14,7 @@ ROUND_OFF = 1e-12  # of a length
 
 
 def problems(scene: Scene) -> Iterator[str]:
-    """Problems of the scene, each as "key = value: reason"."""
+    """Problems of the scene but for its variants, each as "key = value: reason"."""
     yield from _repeated_names(scene)
     surface = list(surface_problems(scene))
     yield from surface
@@ -124,12 +124,11 @@ def _times(scene: Scene) -> Iterator[str]:
     until, every = scene.analysis.until, scene.analysis.every
     if not _is_multiple(until, every):
         yield f"analysis.until = {until:g}: not a whole multiple of analysis.every = {every:g}"
-    levels = {f"{solver}.levels.{i}": level for solver in ("ancf", "reference") for i, level in _levels(scene, solver)}
-    if scene.sensitivity is not None:
-        levels |= {"sensitivity.ancf": scene.sensitivity.ancf, "sensitivity.reference": scene.sensitivity.reference}
-    for key, level in levels.items():
-        if level is not None and not _is_multiple(every, level.time_step):
-            step = level.time_step
+    steps = {}  # of the levels with one time step the first is named
+    for key, level in _levels(scene):
+        steps.setdefault((key.split(".levels")[0], level.time_step), key)
+    for (_, step), key in steps.items():
+        if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
 
 
@@ -138,8 +137,13 @@ def _is_multiple(value: float, unit: float) -> bool:
     return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
 
 
-def _levels(scene: Scene, solver: str) -> list[tuple[int, Level]]:
-    return list(enumerate(scene.ladder(solver)))
+def _levels(scene: Scene) -> Iterator[tuple[str, Level]]:
+    """Key and level of both ladders and of the sensitivity."""
+    for solver in ("ancf", "reference"):
+        yield from ((f"{solver}.levels.{i}", level) for i, level in enumerate(scene.ladder(solver)))
+        level = getattr(scene.sensitivity, solver, None)
+        if level is not None:
+            yield f"sensitivity.{solver}", level
 
 
 def _ladders(scene: Scene) -> Iterator[str]:
@@ -147,7 +151,7 @@ def _ladders(scene: Scene) -> Iterator[str]:
         yield "ancf, reference: both ladders are missing; state the levels of at least one solver"
     for solver in ("ancf", "reference"):
         seen = {}
-        for i, level in _levels(scene, solver):
+        for i, level in enumerate(scene.ladder(solver)):
             first = seen.setdefault(level.model_copy(update={"budget": "full"}), i)
             if first != i:
                 yield f"{solver}.levels.{i}: repeats {solver}.levels.{first}"
@@ -166,21 +170,22 @@ def _companions(scene: Scene) -> Iterator[str]:
 
 
 def _sensitivity(scene: Scene) -> Iterator[str]:
-    """Each variant is tried, without the variants of its own."""
     if scene.sensitivity is None:
         return
     if scene.sensitivity.ancf is None and scene.sensitivity.reference is None:
         yield "sensitivity: state the level of at least one solver, ancf or reference"
-    variants = scene.sensitivity.variants
-    yield from _repeated(
-        ((f"sensitivity.variants.{i}.name", v.name) for i, v in enumerate(variants)), "repeats {first}"
-    )
-    alone = scene.model_copy(update={"sensitivity": None, "companions": ()})
+    named = ((f"sensitivity.variants.{i}.name", variant.name) for i, variant in enumerate(scene.sensitivity.variants))
+    yield from _repeated(named, "this name is already taken by {first}")
+
+
+def variant_problems(scene: Scene) -> Iterator[str]:
+    """Problems of the scenes that the sensitivity's variants make of this one."""
+    variants = () if scene.sensitivity is None else scene.sensitivity.variants
     for i, variant in enumerate(variants):
         try:
-            alone.override(variant.set)
+            scene.override(variant.set, f"sensitivity.variants.{i}.set")
         except SceneError as error:
-            yield from (f"sensitivity.variants.{i}.set: {problem}" for problem in error.problems)
+            yield from error.problems
 
 
 def _plain(value: object) -> str:

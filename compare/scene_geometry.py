@@ -1,4 +1,7 @@
-"""What a scene's geometry may not say: mid-surface, bands, and whether a point lies in the material."""
+"""What a scene's geometry may not say: mid-surface, bands, and whether a point lies in the material.
+
+SciPy takes half a second to load, so only a curved profile loads it.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,6 @@ from collections.abc import Iterator, Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
-from scipy.interpolate import BSpline
-from scipy.optimize import brentq
 
 from compare.scene import Band, Interval, NurbsPatch, Profile, Scene
 
@@ -177,6 +178,8 @@ def _depth_at(scene: Scene, band: Band, at: Interval) -> float:
             return 0.0
     if band.profile is None:
         return band.depth
+    from scipy.optimize import brentq
+
     low, high = band.edges
     inset = ROUND_OFF * (high - low)  # a wall at the plate's edge is passed
     across = min(max(at[1 - AXES.index(band.along)], low + inset), high - inset)
@@ -206,6 +209,8 @@ def _section(band: Band) -> tuple[np.ndarray, np.ndarray]:
 
 def _profile_points(profile: Profile, u: float | np.ndarray) -> np.ndarray:
     """Points (across, depth) of a profile at u (...): (..., 2), paper Eq. (3)."""
+    from scipy.interpolate import BSpline
+
     points = np.array(profile.control_points)
     weights = np.ones(len(points)) if profile.weights is None else np.array(profile.weights)
     spline = BSpline(profile.knots, np.column_stack([points * weights[:, None], weights]), profile.degree)

@@ -38,6 +38,13 @@ def semicircle(low, radius=0.03):
     return Curve(2, [0, 0, 0, 1, 1, 2, 2, 2], points, [1, W, 1, W, 1])
 
 
+def stepped(low, high):
+    """Two floors, 0.01 and 0.03 deep, with a vertical wall between them that is part of the curve."""
+    middle = (low + high) / 2
+    points = [(low, 0), (low, 0.01), (middle, 0.01), (middle, 0.03), (high, 0.03), (high, 0)]
+    return Curve(1, [0, 0, 1, 2, 3, 4, 5, 5], points)
+
+
 def trapezium(low, high, depth=0.03, wall=0.01):
     return Curve(1, [0, 0, 1, 2, 3, 3], [(low, 0), (low + wall, depth), (high - wall, depth), (high, 0)])
 
@@ -55,6 +62,7 @@ LAYOUTS = {
     "short": (groove(0.2, 0.3, extent=(0.1, 0.6)),),
     "protrusion": (replace(groove(0.2, 0.3), sign=PROTRUSION), groove(0.7, 0.8)),
     "trapezium": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), trapezium(0.2, 0.3)),),
+    "stepped": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), stepped(0.2, 0.3)),),
     "rounded": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), rounded(0.2, 0.3)),),
     "rounded, along y, on top": (Band(TOP, GROOVE, 1, (0.2, 0.3), rounded(0.2, 0.3)),),
     "rounded ridge": (Band(TOP, PROTRUSION, 0, (0.2, 0.3), rounded(0.2, 0.3)),),
@@ -80,6 +88,7 @@ REMOVED = {
     "short": 0.5 * 0.1 * 0.03,
     "protrusion": 0.0,
     "trapezium": 0.09 * 0.03,
+    "stepped": 0.05 * 0.01 + 0.05 * 0.03,
     "rounded": 0.1 * 0.03 - 2 * QUARTERS,
     "rounded, along y, on top": 0.1 * 0.03 - 2 * QUARTERS,
     "rounded ridge": -(0.1 * 0.03 - 2 * QUARTERS),
@@ -87,7 +96,7 @@ REMOVED = {
     "rounded crossing on the other face": 2 * (0.2 * 0.02 - 2 * (1 - np.pi / 4) * 0.03 * 0.02),
 }
 POLYGONAL = [name for name in LAYOUTS if "rounded" not in name]
-RECTANGULAR = [name for name in POLYGONAL if name != "trapezium"]
+RECTANGULAR = [name for name in POLYGONAL if name not in ("trapezium", "stepped")]
 
 
 def cells(n, m=None, origin=(0.0, 0.0)):

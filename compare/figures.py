@@ -162,7 +162,7 @@ def _look(plotter, points: np.ndarray, below: bool) -> None:
 
 def _approach(plotter, centre: np.ndarray, radius: float, below: bool) -> None:
     """Camera close to `centre`, looking along the plate from its end."""
-    _camera(plotter, centre, radius * np.array([6.0, -2.2, 2.6]), radius, below)
+    _camera(plotter, centre, radius * np.array([6.0, -1.7, 2.2]), radius, below)
 
 
 def _camera(plotter, centre: np.ndarray, offset: np.ndarray, scale: float, below: bool) -> None:

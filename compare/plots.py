@@ -151,7 +151,7 @@ def log_plot(name: str, title: str, about: str, series: Sequence[Series], xlabel
 def history_plot(
     name: str, title: str, about: str, labels: tuple[str, str], paths: Sequence[Series], residual: Series | None
 ) -> str:
-    """Values (m) over time or load and, below them, their difference in millimetres, as SVG text; labels: of x and y."""
+    """Values (m) over time or load and, below them, their difference in millimetres as SVG text; labels: x and y."""
 
     def paint(figure: Figure) -> None:
         rows = 2 if residual else 1
@@ -201,9 +201,9 @@ def bar_plot(name: str, title: str, about: str, bars: Sequence[Bar], xlabel: str
 
 def _line(axes, series: Series) -> None:
     look = ROLES[series.role]
-    axes.plot(
-        series.x, series.y, color=look.colour, marker=look.marker, linestyle=look.line or "none", label=series.label
-    )
+    hollow = {"fillstyle": "none", "markersize": 10} if series.role == "paper" else {}
+    style = {"color": look.colour, "marker": look.marker, "linestyle": look.line or "none", **hollow}
+    axes.plot(series.x, series.y, label=series.label, **style)
 
 
 def _limit(left, right, place: int, limit: Limit) -> None:

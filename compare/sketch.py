@@ -13,7 +13,7 @@ MARGIN = 46.0
 GAP = 44.0
 HEAD = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w:.0f} {h:.0f}" role="img" class="sketch" '
-    'aria-labelledby="sketch-title" font-size="12" fill="currentColor"><title id="sketch-title">{title}</title>'
+    'aria-labelledby="sketch-{name}" font-size="12" fill="currentColor"><title id="sketch-{name}">{title}</title>'
 )
 
 
@@ -37,7 +37,9 @@ def sketch(scene: Scene) -> Markup:
     if flat:
         pieces += _section(scene, plan, scale)
         total += GAP + scale * scene.thickness
-    head = Markup(HEAD).format(w=width + 2 * MARGIN + 40, h=total, title=f"Sketch of the scene: {scene.title}")
+    head = Markup(HEAD).format(
+        w=width + 2 * MARGIN + 40, h=total, name=scene.name, title=f"Sketch of the scene: {scene.title}"
+    )
     return head + Markup("").join(pieces) + Markup("</svg>")
 
 

@@ -34,9 +34,9 @@ class Figure:
         """The figure as the study's JSON keeps it."""
         return {"value": self.value, "unit": self.unit, "bar": self.bar, "met": self.met}
 
-    def words(self) -> dict[str, str]:
-        """What the figure is, what it is judged by and what to know about it."""
-        return {"label": self.label, "against": self.against, "note": self.note}
+    def words(self) -> dict[str, Any]:
+        """What the figure is, what it is judged by, what is left of its bar and what to know about it."""
+        return {"label": self.label, "against": self.against, "margin": self.margin, "note": self.note}
 
 
 def at_most(name: str, label: str, value: float | None, unit: str, bar: float, **more: str) -> Figure:

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from compare.exact import Value, cross_code
 from compare.provenance import provenance
 from compare.report import Bullets, Column, Page, Section, Table, Text, Verdict, write
 from compare.scene import PublishedRow, Scene
@@ -14,13 +17,11 @@ from compare.study import Entry, level_name
 from compare.table import height, in_ladders, percent, rule, sensitivity
 from compare.verdict import Figure, at_most, stated
 from reports import sections
-from reports.sections import Ladder, band_words, ladders
+from reports.ladders import NAMES, Ladder, band_words, convergence, ladders, opinions, scenes
 
 PLAIN, GROOVED = "cantilever_plain", "cantilever"
 TWINS = {"cantilever_plain_patch": "plain", "cantilever_patch": "grooved"}
 SOFTENING = {"16x16": 1.106, "classical": 1.129}  # 0.5511/0.4981 and 0.5669/0.5022 of Table 5
-# CalculiX 2.20, C3D10, NLGEOM with *ELASTIC (St. Venant-Kirchhoff), dt = 0.01 s: mesh size (m) -> height of P (m)
-CALCULIX = {0.1: -0.49940, 0.06: -0.50061}
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,21 @@ class Printed:
         """ANCF minus printed (m)."""
         value = None if self.entry is None else height(self.entry)
         return None if value is None else value - self.row.value
+
+
+@dataclass(frozen=True)
+class Found:
+    """The ladders of each scene."""
+
+    ladders: dict[str, list[Ladder]]
+
+    def reference(self, scene: str) -> Ladder | None:
+        """The reference's ladder of a scene, None where it was not run."""
+        return next((ladder for ladder in self.ladders[scene] if ladder.role == "reference"), None)
+
+    def ancf(self, scene: str) -> Ladder | None:
+        """The first ANCF ladder of a scene, None where it was not run."""
+        return next((ladder for ladder in self.ladders[scene] if ladder.role == "ancf"), None)
 
 
 def printed_rows(entries: Sequence[Entry], scene: str) -> list[Printed]:
@@ -60,14 +76,15 @@ def _printed(row: PublishedRow, candidates: Sequence[Entry]) -> Printed:
 
 def figures(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> list[Figure]:
     """Every number that the exhibit is judged by; value and met are None where the budget did not run it."""
+    found = Found({scene: ladders(entries, scene) for scene in (PLAIN, GROOVED, *TWINS)})
     return [
         _plain_table(entries),
-        *_plain_reference(entries),
+        *_plain_reference(found),
         _grooved_table(entries),
-        _grooved_reference(entries),
-        *_softening(entries),
-        *[_cross(entries, scene, name) for scene, name in ((PLAIN, "plain"), (GROOVED, "grooved"))],
-        *[figure for scene, name in TWINS.items() for figure in _twin(entries, scene, name)],
+        _grooved_reference(found),
+        *_softening(found),
+        *[_cross(found, scene, name) for scene, name in ((PLAIN, "plain"), (GROOVED, "grooved"))],
+        *[figure for scene, name in TWINS.items() for figure in _twin(found, scene, name)],
     ]
 
 
@@ -109,53 +126,49 @@ def _grooved_table(entries: Sequence[Entry]) -> Figure:
     return _failing(made) if failed else made
 
 
-def _reference(entries: Sequence[Entry], scene: str) -> Ladder | None:
-    return next((f for f in ladders(entries, scene) if f.solver == "reference"), None)
-
-
-def _ancf(entries: Sequence[Entry], scene: str) -> Ladder | None:
-    return next((f for f in ladders(entries, scene) if f.role == "ancf"), None)
-
-
-def _plain_reference(entries: Sequence[Entry]) -> list[Figure]:
-    ladder = _reference(entries, PLAIN)
-    against = "published: Table 5, classical FE converged mesh, without local geometry (−0.5022 m)"
-    label = "Reference without grooves: |finest − printed converged value|"
-    name, peer = "reference_plain_error_percent", "reference_plain_calculix_percent"
-    about = "cross-code: CalculiX 2.20, quadratic tetrahedra C3D10, at the nearest mesh size (ratio below 1.3)"
-    words = "Reference without grooves: |difference from CalculiX|"
-    band = "Reference without grooves: half width of its own band"
+def _plain_reference(found: Found) -> list[Figure]:
+    """The reference without grooves against the printed value, its own band, and CalculiX."""
+    ladder = found.reference(PLAIN)
     finest = ladder.finest if ladder else None
-    if finest is None:
-        return [
-            at_most(name, label, None, "%", 0.4, against=against),
-            stated("reference_plain_band_percent", band, None, "%", against="its own ladder"),
-            at_most(peer, words, None, "%", 0.3, against=about),
-        ]
-    error = abs(percent(height(finest), finest.scene.published.converged.value))
-    close, size, other = _calculix(ladder)
-    gap = None if close is None else abs(percent(height(close), CALCULIX[size]))
-    peers = "" if close is None else f"{level_name(close.level)} against size {size:g} m ({other})."
-    own = ladder.convergence.gci_percent
+    error, note, own = None, "", None
+    if finest is not None:
+        error = abs(percent(height(finest), finest.scene.published.converged.value))
+        note, own = f"{level_name(finest.level)}. {band_words(ladder)}", ladder.convergence.gci_percent
+    label = "Reference without grooves: |finest − printed converged value|"
+    against = "published: Table 5, classical FE converged mesh, without local geometry (−0.5022 m)"
+    band = "Reference without grooves: half width of its own band"
     return [
-        at_most(
-            name, label, error, "%", 0.4, against=against, note=f"{level_name(finest.level)}. {band_words(ladder)}"
-        ),
-        stated("reference_plain_band_percent", band, own, "%", against="its own ladder", note=band_words(ladder)),
-        at_most(peer, words, gap, "%", 0.3, against=about, note=peers),
+        at_most("reference_plain_error_percent", label, error, "%", 0.4, against=against, note=note),
+        stated("reference_plain_band_percent", band, own, "%", against="its own ladder", note=note),
+        _peer(_calculix(ladder) if ladder else None),
     ]
 
 
-def _calculix(ladder: Ladder) -> tuple[Entry | None, float, str]:
-    """The reference level and the CalculiX mesh size that are nearest to each other, if within a factor of 1.3."""
-    pairs = [(max(e.level.size / s, s / e.level.size), e.level.size, e, s) for e in ladder.solved for s in CALCULIX]
-    ratio, _, entry, size = min(pairs, key=lambda pair: pair[:2])
-    return (entry if ratio < 1.3 else None), size, f"{CALCULIX[size]:.5f} m".replace("-", "\u2212")
+def _peer(close: tuple[Entry, Value] | None) -> Figure:
+    """A reference level against CalculiX at a comparable mesh."""
+    gap, note = None, ""
+    if close is not None:
+        entry, value = close
+        gap = abs(percent(height(entry), value.value))
+        note = f"{level_name(entry.level)} against {value.cell} ({value.value:.5f} m).".replace("-0.", "\u22120.")
+    label = "Reference without grooves: |difference from CalculiX|"
+    against = "cross-code: CalculiX 2.20, quadratic tetrahedra C3D10 of the nearest size (within a factor of 1.3)"
+    return at_most("reference_plain_calculix_percent", label, gap, "%", 0.3, against=against, note=note)
 
 
-def _grooved_reference(entries: Sequence[Entry]) -> Figure:
+def _calculix(ladder: Ladder) -> tuple[Entry, Value] | None:
+    """The reference level and CalculiX's C3D10 value of the nearest mesh size, if within a factor of 1.3."""
+    peers = [
+        (float(v.cell.partition("h=")[2].split(",")[0]), v) for v in cross_code(ladder.scene) if "C3D10 h=" in v.cell
+    ]
+    pairs = [(max(e.level.size / s, s / e.level.size), e.level.size, e, v) for e in ladder.solved for s, v in peers]
+    ratio, _, entry, value = min(pairs, key=lambda pair: pair[:2], default=(np.inf, 0.0, None, None))
+    return (entry, value) if ratio < 1.3 else None
+
+
+def _grooved_reference(found: Found) -> Figure:
     """Richardson value of the reference against the printed converged one; met only where its band holds the latter."""
-    ladder = _reference(entries, GROOVED)
+    ladder = found.reference(GROOVED)
     label = "Reference with grooves: |Richardson value − printed converged value|"
     against = (
         "published: Table 5, classical FE converged mesh, with local geometry (−0.5669 m); asked: the band contains it"
@@ -173,11 +186,11 @@ def _grooved_reference(entries: Sequence[Entry]) -> Figure:
     return Figure(name, label, abs(percent(value, printed)), "%", None, inside, against, note)
 
 
-def _softening(entries: Sequence[Entry]) -> list[Figure]:
+def _softening(found: Found) -> list[Figure]:
     """Height with grooves over height without, at the finest level that both scenes ran."""
     made = []
-    for solver, pick, words in (("ancf", _ancf, "ANCF"), ("reference", _reference, "Reference")):
-        plain, grooved = pick(entries, PLAIN), pick(entries, GROOVED)
+    for solver, pick, words in (("ancf", found.ancf, "ANCF"), ("reference", found.reference, "Reference")):
+        plain, grooved = pick(PLAIN), pick(GROOVED)
         pairs = [
             (g, p)
             for g in (grooved.solved if grooved else ())
@@ -200,8 +213,8 @@ def _same_level(one: Entry, other: Entry) -> bool:
     return one.level.model_dump(exclude={"budget"}) == other.level.model_dump(exclude={"budget"})
 
 
-def _cross(entries: Sequence[Entry], scene: str, name: str) -> Figure:
-    ancf, reference = _ancf(entries, scene), _reference(entries, scene)
+def _cross(found: Found, scene: str, name: str) -> Figure:
+    ancf, reference = found.ancf(scene), found.reference(scene)
     label = f"ANCF against the reference, {name}, each at its finest level of this run"
     both = ancf and reference and ancf.finest and reference.finest
     value = percent(height(ancf.finest), height(reference.finest)) if both else None
@@ -214,13 +227,13 @@ def _cross(entries: Sequence[Entry], scene: str, name: str) -> Figure:
     return stated(f"ancf_reference_{name}_percent", label, value, "%", against=against, note=note, form="+.3g")
 
 
-def _twin(entries: Sequence[Entry], scene: str, name: str) -> list[Figure]:
+def _twin(found: Found, scene: str, name: str) -> list[Figure]:
     """Orders and bands of both solvers on a patch-loaded scene, and the gap between the bands."""
-    found = {"ancf": _ancf(entries, scene), "reference": _reference(entries, scene)}
+    both = {"ancf": found.ancf(scene), "reference": found.reference(scene)}
     made = []
-    for solver, ladder in found.items():
+    for solver, ladder in both.items():
         seen = ladder.convergence if ladder else None
-        words = f"Patch load, {name}, {sections.NAMES[solver]}: "
+        words = f"Patch load, {name}, {NAMES[solver]}: "
         note = "" if seen is None else band_words(ladder) + (f" Sequence: {seen.sequence}." if seen.sequence else "")
         key, own = f"patch_{name}_{solver}", "its own ladder; no published value"
         made.append(stated(f"{key}_order", words + "observed order", seen and seen.order, "", against=own, note=note))
@@ -229,7 +242,7 @@ def _twin(entries: Sequence[Entry], scene: str, name: str) -> list[Figure]:
                 f"{key}_gci_percent", words + "half width of the GCI band", seen and seen.gci_percent, "%", against=own
             )
         )
-    bands = [ladder.convergence.band if ladder else None for ladder in found.values()]
+    bands = [ladder.convergence.band if ladder else None for ladder in both.values()]
     gap = None
     if all(bands):
         middle = abs(bands[1].lower + bands[1].upper) / 2
@@ -288,7 +301,8 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         "notes": {figure.name: figure.words() for figure in judged},
         "rows": list(rows),
         "table5": table5(entries),
-        "convergence": sections.convergence(entries),
+        "convergence": convergence(entries),
+        "opinions": opinions(entries),
         "sensitivity": changes,
         "provenance": about,
     }
@@ -309,9 +323,10 @@ def page(
     ]
     parts = [
         Section("verdict", "Verdict", verdict),
-        sections.scene_section(sections.scenes(entries)),
+        sections.scene_section(scenes(entries)),
         Section("table5", "Table 5, printed and computed", [_table5(content["table5"])], "Table 5"),
         sections.convergence_section(content["convergence"]),
+        sections.opinions_section(content["opinions"]),
         *sections.plot_sections(entries),
         sections.sensitivity_section(content["sensitivity"]),
         sections.table_section(entries, rows),

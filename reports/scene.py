@@ -13,17 +13,18 @@ from compare.study import Entry, level_name
 from compare.table import height, percent, sensitivity
 from compare.verdict import Figure, stated
 from reports import sections
+from reports.ladders import band_words, convergence, ladders, opinions, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:
     """Finest height of each ladder and the distance between the solvers; nothing is asked of them."""
     made = []
-    for scene in sections.scenes(entries):
+    for scene in scenes(entries):
         finest = {}
-        for ladder in sections.ladders(entries, scene.name):
+        for ladder in ladders(entries, scene.name):
             entry = ladder.finest
             finest.setdefault(ladder.solver, entry)
-            note = f"{level_name(entry.level)}. {sections.band_words(ladder)}" if entry else "No level succeeded."
+            note = f"{level_name(entry.level)}. {band_words(ladder)}" if entry else "No level succeeded."
             name = f"{scene.name}_{ladder.label.replace(' ', '_')}_height"
             label = f"{scene.name}, {ladder.label}: height of {scene.probes[0].name} at its finest level"
             value = height(entry) if entry else None
@@ -42,7 +43,8 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         "figures": {figure.name: figure.entry() for figure in judged},
         "notes": {figure.name: figure.words() for figure in judged},
         "rows": list(rows),
-        "convergence": sections.convergence(entries),
+        "convergence": convergence(entries),
+        "opinions": opinions(entries),
         "sensitivity": sensitivity(list(entries)),
         "provenance": about,
     }
@@ -50,8 +52,9 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
     words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
     parts = [
         Section("verdict", "Verdict", [Text([words]), sections.information(judged)]),
-        sections.scene_section(sections.scenes(entries)),
+        sections.scene_section(scenes(entries)),
         sections.convergence_section(content["convergence"]),
+        sections.opinions_section(content["opinions"]),
         *sections.plot_sections(entries),
         sections.sensitivity_section(content["sensitivity"]),
         sections.table_section(entries, rows),

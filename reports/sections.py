@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from compare import figures, plots
-from compare.convergence import Convergence, pairwise_orders, study
+from compare.convergence import pairwise_orders
+from compare.difference import common_times
 from compare.report import Bullets, Column, Commands, Facts, Gallery, Plots, Section, Table, Text
 from compare.scene import Rectangle, Scene
 from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
-from compare.table import height, in_ladders, judgements, percent, rule, series
+from compare.table import height, in_ladders, judgements, percent
 from compare.verdict import Figure
+from reports.ladders import NAMES, Ladder, error_target, ladders, scenes
 
-NAMES = {"ancf": "ANCF", "reference": "reference"}
 COLUMNS = (
     Column("mesh", "mesh"),
     Column("solver", "solver"),
@@ -39,71 +39,6 @@ COLUMNS = (
     Column("newton_iterations", "Newton", ",d", "iterations"),
     Column("status", "status"),
 )
-
-
-@dataclass(frozen=True)
-class Ladder:
-    """One series of levels of one scene and solver, coarse to fine."""
-
-    scene: Scene
-    entries: tuple[Entry, ...]
-    label: str
-    role: str
-    convergence: Convergence
-
-    @property
-    def solver(self) -> str:
-        """ "ancf" or "reference"."""
-        return self.entries[0].solver
-
-    @property
-    def solved(self) -> tuple[Entry, ...]:
-        """Levels that succeeded."""
-        return tuple(entry for entry in self.entries if entry.ok)
-
-    @property
-    def h(self) -> list[float]:
-        """Element lengths (m)."""
-        return [entry.result.h for entry in self.solved]
-
-    @property
-    def values(self) -> list[float]:
-        """Heights (m) of the answer probe."""
-        return [height(entry) for entry in self.solved]
-
-    @property
-    def finest(self) -> Entry | None:
-        """Finest level that succeeded."""
-        return self.solved[-1] if self.solved else None
-
-
-def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
-    """The series of a scene, in the order of its entries; the first ANCF series is the one drawn boldest."""
-    groups: dict[Any, list[Entry]] = {}
-    for entry in in_ladders(list(entries)):
-        if entry.scene.name == scene:
-            groups.setdefault(series(entry), []).append(entry)
-    found, plain = [], 0
-    for members in groups.values():
-        ok = [entry for entry in members if entry.ok]
-        members.sort(key=lambda entry: -_coarseness(entry))
-        label, role = NAMES[members[0].solver], "reference"
-        if members[0].solver == "ancf":
-            label, role, plain = f"ANCF {rule(members[0].level)}", "ancf exact" if plain else "ancf", plain + 1
-        seen = study([e.result.h for e in ok], [height(e) for e in ok])
-        found.append(Ladder(members[0].scene, tuple(members), label, role, seen))
-    return found
-
-
-def _coarseness(entry: Entry) -> float:
-    mesh = getattr(entry.level, "mesh", None)
-    return entry.level.size if mesh is None else 1 / max(mesh)
-
-
-def scenes(entries: Iterable[Entry]) -> list[Scene]:
-    """The scenes of a study as stated, each once, in the order of the entries."""
-    found = {entry.scene.name: entry.scene for entry in in_ladders(list(entries))}
-    return list(found.values())
 
 
 def scene_section(stated: Sequence[Scene]) -> Section:
@@ -149,16 +84,15 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
 
 def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:
     """What the columns of a scene's table are judged against."""
-    notes = []
+    notes = ["Differences in percent of the value they are judged against; negative: the plate bends less."]
     if scene.published:
-        notes.append(f"paper, vs paper: published, {scene.published.source}, the row of the same mesh.")
+        printed = f"paper, vs paper: published, {scene.published.source}, the row of the same mesh"
+        notes.append(printed + (", for the reference its converged row." if scene.published.converged else "."))
     reference = next((found["reference"] for found in judged if found["reference"]), None)
     if reference:
         value = f"{reference['value']:.5f} m".replace("-", "\u2212")
         notes.append(f"vs reference: {reference['kind']}, {reference['source']} ({reference['cell']}, {value}).")
-    reasons = dict.fromkeys(found["band_refused"] for found in judged if found["band_refused"])
-    if reasons:
-        notes.append("No order or band where the sequence does not allow one: " + "; ".join(reasons) + ".")
+    notes.append("Order, sequence, Richardson value and band: of the levels of the same series up to that row.")
     return notes
 
 
@@ -187,28 +121,9 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
     ]
 
 
-def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:
-    """The value (m) that plotted errors are measured from, and what it is: the best that the study has."""
-    best = sorted(found, key=lambda ladder: ladder.solver != "reference")
-    for ladder in best:
-        if ladder.convergence.extrapolated is not None:
-            return ladder.convergence.extrapolated, f"the Richardson value of the {ladder.label} ladder"
-    for ladder in best:
-        if ladder.finest:
-            return height(ladder.finest), f"the finest {ladder.label} level"
-    return None
-
-
 def _value_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str]:
     lines = [plots.Series(f.label, f.role, f.h, f.values) for f in found if f.solved]
-    limits = []
-    for ladder in found:
-        seen = ladder.convergence
-        if seen.extrapolated is not None:
-            band = seen.band
-            limits.append(
-                plots.Limit(f"{ladder.label}, Richardson", ladder.role, seen.extrapolated, band.lower, band.upper)
-            )
+    limits = [_limit(ladder) for ladder in found if ladder.solved]
     if scene.published:
         sizes = {getattr(e.level, "mesh", None): e.result.h for f in found for e in f.solved}
         known = [(sizes[row.mesh], row.value) for row in scene.published.rows if row.mesh in sizes]
@@ -216,10 +131,17 @@ def _value_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str]:
         if scene.published.converged:
             limits.append(plots.Limit("paper, converged", "paper", scene.published.converged.value))
     refused = [f"{f.label}: {f.convergence.refused}" for f in found if f.convergence.refused]
-    caption = f"{scene.title}. Shaded: GCI band around the finest value of a ladder."
+    caption = f"{scene.title}. Right, magnified: finest value and its GCI band, hollow the Richardson value."
     caption += f" No band for {'; '.join(refused)}." if refused else ""
     about = f"Height of {scene.probes[0].name} over element size for {', '.join(line.label for line in lines)}."
-    return plots.value_plot(f"values-{scene.name}", scene.title, about, lines, limits), caption
+    ylabel = f"height of {scene.probes[0].name} (m)"
+    return plots.value_plot(f"values-{scene.name}", scene.title, about, ylabel, lines, limits), caption
+
+
+def _limit(ladder: Ladder) -> plots.Limit:
+    seen, band = ladder.convergence, ladder.convergence.band
+    ends = (band.lower, band.upper) if band else (None, None)
+    return plots.Limit(ladder.label, ladder.role, height(ladder.finest), seen.extrapolated, *ends)
 
 
 def _errors(ladder: Ladder, target: float) -> list[float]:
@@ -267,22 +189,33 @@ def _history_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str] | No
     if not paths or len(paths[0].x) < 3:
         return None
     residual = None
-    if len(paths) == 2 and np.array_equal(paths[0].x, paths[1].x):
-        residual = plots.Series(
-            f"{paths[0].label} minus {paths[1].label}", "difference", paths[0].x, 1e3 * (paths[0].y - paths[1].y)
-        )
-    unit = "Time in s" if scene.analysis.kind == "dynamic" else "Load parameter from 0 to its end"
-    caption = f"{scene.title}. {unit}; each solver at its finest level of this run."
-    return plots.history_plot(f"history-{scene.name}", f"Path: {scene.title}", caption, paths, residual), caption
+    if len(paths) == 2:
+        one, other = paths
+        mine, theirs = common_times(one.x, other.x)
+        apart = 1e3 * (one.y[mine] - other.y[theirs])
+        residual = plots.Series(f"{one.label} minus {other.label}", "difference", one.x[mine], apart)
+    labels = ("time (s)" if scene.analysis.kind == "dynamic" else "load parameter", f"height of {probe} (m)")
+    caption = f"{scene.title}. Each solver at its finest level of this run."
+    drawn = plots.history_plot(f"history-{scene.name}", f"Path: {scene.title}", caption, labels, paths, residual)
+    return drawn, caption
 
 
-def band_words(ladder: Ladder) -> str:
-    """The ladder's own band in words, or why there is none."""
-    seen = ladder.convergence
-    if seen.band is None:
-        return f"No band: {seen.refused}."
-    limits = f"{seen.band.lower:.5f} to {seen.band.upper:.5f} m".replace("-", "\u2212")
-    return f"Band {limits} around the finest value, order {seen.order:.2f}, {seen.sequence}."
+def opinions_section(found: Sequence[dict[str, Any]]) -> Section | None:
+    """Table of other codes' heights."""
+    if not found:
+        return None
+    columns = (
+        Column("scene", "scene"),
+        Column("kind", "kind"),
+        Column("source", "source", "wrap"),
+        Column("cell", "cell or model", "wrap"),
+        Column("value", "height", ".5f", "m"),
+        Column("reference_percent", "reference against it", "+.3f", "%"),
+        Column("ancf_percent", "ANCF against it", "+.3f", "%"),
+    )
+    notes = ["Each solver at its finest level of this run; negative: it bends less."]
+    table = Table("Heights by other codes for the same question", columns, found, notes)
+    return Section("opinions", "Third opinions", [table])
 
 
 def information(figures: Sequence[Figure]) -> Table:
@@ -327,26 +260,6 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
     )
 
 
-def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
-    """What each ladder says about its limit: sequence type, order, Richardson value and band (m), or the refusal."""
-    return [
-        {
-            "scene": ladder.scene.name,
-            "ladder": ladder.label,
-            "levels": len(ladder.solved),
-            "sequence": ladder.convergence.sequence,
-            "order": ladder.convergence.order,
-            "extrapolated": ladder.convergence.extrapolated,
-            "lower": ladder.convergence.band and ladder.convergence.band.lower,
-            "upper": ladder.convergence.band and ladder.convergence.band.upper,
-            "gci_percent": ladder.convergence.gci_percent,
-            "refused": ladder.convergence.refused,
-        }
-        for scene in scenes(entries)
-        for ladder in ladders(entries, scene.name)
-    ]
-
-
 def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
     """Table of the ladders' limits."""
     columns = (
@@ -373,51 +286,51 @@ def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
 def picture_section(entries: Sequence[Entry], chosen: Sequence[str]) -> Section:
     """Mesh, groove section and deformed shape of the finest level of each solver for the chosen scenes."""
     wanted = [job for name in chosen for job in _jobs(entries, name)]
-    reason = figures.rendering_problem() if wanted else None
-    if reason:
-        return Section("pictures", "Pictures", [Gallery((), [caption for caption, _ in wanted], reason)])
-    made, missing, why = [], [], ""
-    for caption, job in wanted:
-        try:
-            made.append(job())
-        except Exception as error:
-            missing.append(caption)
-            why = f"{type(error).__name__}: {error}"
-    blocks = [Gallery(made, missing, why)] if wanted else [Text(["No result of this run carries a surface to draw."])]
-    return Section("pictures", "Pictures", blocks)
+    if not wanted:
+        return Section("pictures", "Pictures", [Text(["No result of this run carries a surface to draw."])])
+    made, reason = figures.render(wanted)
+    drawn = {picture.name for picture in made}
+    missing = [job.caption for job in wanted if job.name not in drawn]
+    return Section("pictures", "Pictures", [Gallery(made, missing, reason)])
 
 
-def _jobs(entries: Sequence[Entry], name: str) -> list[tuple[str, Any]]:
-    """(caption, function that makes the picture) for one scene."""
-    found = [f.finest for f in ladders(entries, name) if f.role != "ancf exact" and f.finest]
-    drawn = [entry for entry in found if entry.result.outline is not None]
-    if not drawn:
-        return []
-    greatest = max(float(np.linalg.norm(e.result.outline.displacement, axis=1).max()) for e in drawn)
-    jobs = []
-    for entry in drawn:
-        scene, outline, solver = entry.scene, entry.result.outline, entry.solver
-        who = f"{NAMES[solver]} {level_name(entry.level)}, {entry.result.unknowns:,} unknowns".replace(",", "\u202f", 1)
-        face = scene.grooves[0].face if scene.grooves else "top"
-        side = "seen from below" if face == "bottom" else "seen from above"
-        mesh = f"{who}: mesh of {scene.name}, {side}"
-        jobs.append((mesh, lambda a=(f"mesh-{solver}", mesh, solver, outline, face): figures.mesh_picture(*a)))
-        if scene.grooves and isinstance(scene.surface, Rectangle) and scene.grooves[0].along == "x":
-            band = scene.grooves[0]
-            centre = np.array([scene.surface.length, sum(band.edges) / 2, 0.0])
-            radius = 0.75 * (band.edges[1] - band.edges[0]) + scene.thickness
-            near = f"{who}: groove {band.name} at the edge x1, {side}"
-            jobs.append(
-                (
-                    near,
-                    lambda a=(f"section-{solver}", near, solver, outline, centre, radius, face): (
-                        figures.section_picture(*a)
-                    ),
-                )
-            )
-        bent = f"{who}: {scene.name} at the last output time, coloured by the size of the displacement"
-        jobs.append((bent, lambda a=(f"deformed-{solver}", bent, outline, greatest): figures.deformed_picture(*a)))
-    return jobs
+def _jobs(entries: Sequence[Entry], name: str) -> list[figures.Job]:
+    """The pictures of one scene, solvers side by side."""
+    finest = [f.finest for f in ladders(entries, name) if f.role != "ancf exact" and f.finest]
+    drawn = [entry for entry in finest if entry.result.outline is not None]
+    greatest = max((_reach(entry) for entry in drawn), default=0.0)
+    views = ("mesh", "section", "deformed")
+    jobs = [_job(view, entry, greatest) for view in views for entry in drawn]
+    return [job for job in jobs if job is not None]
+
+
+def _reach(entry: Entry) -> float:
+    """Greatest displacement (m) of an entry's outline."""
+    return float(np.linalg.norm(entry.result.outline.displacement, axis=1).max())
+
+
+def _job(view: str, entry: Entry, greatest: float) -> figures.Job | None:
+    """One picture; None for a section where no groove runs along x on a rectangle."""
+    scene, solver = entry.scene, entry.solver
+    groove = scene.grooves[0] if scene.grooves else None
+    below = groove is not None and groove.face == "bottom"
+    side = "seen from below" if below else "seen from above"
+    who = f"{NAMES[solver]} {level_name(entry.level)} ({entry.result.unknowns} unknowns)"
+    words, extra = {
+        "mesh": (f"undeformed mesh of {scene.name}, {side}", {"below": below}),
+        "section": (f"groove “{groove.name}” where it meets edge x1, {side}" if groove else "", {"below": below}),
+        "deformed": ("last output time, coloured by the size of the displacement", {"greatest": greatest}),
+    }[view]
+    if view == "section":
+        if groove is None or groove.along != "x" or not isinstance(scene.surface, Rectangle):
+            return None
+        low, high = groove.edges
+        extra |= {
+            "centre": (scene.surface.length, (low + high) / 2, 0.0),
+            "radius": 0.7 * (high - low) + scene.thickness,
+        }
+    name = f"{scene.name}-{view}-{solver}"
+    return figures.Job(name, f"{who}: {words}", view, solver, entry.result.outline, **extra)
 
 
 def provenance_section(entries: Sequence[Entry], commands: Sequence[tuple[str, str]], about: dict[str, Any]) -> Section:

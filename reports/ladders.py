@@ -1,0 +1,130 @@
+"""Ladders: the levels of each scene and solver, what they tend to, and the known heights beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from compare.convergence import Convergence
+from compare.exact import cross_code, published
+from compare.scene import Scene
+from compare.study import Entry
+from compare.table import convergences, height, in_ladders, percent, rule, series
+
+NAMES = {"ancf": "ANCF", "reference": "reference"}
+
+
+@dataclass(frozen=True)
+class Ladder:
+    """One series of levels of one scene and solver, coarse to fine."""
+
+    scene: Scene
+    entries: tuple[Entry, ...]
+    label: str
+    role: str
+    convergence: Convergence
+
+    @property
+    def solver(self) -> str:
+        """ "ancf" or "reference"."""
+        return self.entries[0].solver
+
+    @property
+    def solved(self) -> tuple[Entry, ...]:
+        """Levels that succeeded."""
+        return tuple(entry for entry in self.entries if entry.ok)
+
+    @property
+    def h(self) -> list[float]:
+        """Element lengths (m)."""
+        return [entry.result.h for entry in self.solved]
+
+    @property
+    def values(self) -> list[float]:
+        """Heights (m) of the answer probe."""
+        return [height(entry) for entry in self.solved]
+
+    @property
+    def finest(self) -> Entry | None:
+        """Finest level that succeeded."""
+        return self.solved[-1] if self.solved else None
+
+
+def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
+    """The series of a scene, in the order of its entries; the first ANCF series is the one drawn boldest."""
+    groups: dict[Any, list[Entry]] = {}
+    for entry in in_ladders(list(entries)):
+        if entry.scene.name == scene:
+            groups.setdefault(series(entry), []).append(entry)
+    found, plain = [], 0
+    for members in groups.values():
+        label, role = NAMES[members[0].solver], "reference"
+        if members[0].solver == "ancf":
+            label, role, plain = f"ANCF {rule(members[0].level)}", "ancf exact" if plain else "ancf", plain + 1
+        found.append(Ladder(members[0].scene, tuple(members), label, role, convergences(members)[-1]))
+    return found
+
+
+def scenes(entries: Iterable[Entry]) -> list[Scene]:
+    """The scenes of a study as stated, each once, in the order of the entries."""
+    found = {entry.scene.name: entry.scene for entry in in_ladders(list(entries))}
+    return list(found.values())
+
+
+def band_words(ladder: Ladder) -> str:
+    """The ladder's own band in words, or why there is none."""
+    seen = ladder.convergence
+    if seen.band is None:
+        return f"No band: {seen.refused}."
+    limits = f"{seen.band.lower:.5f} to {seen.band.upper:.5f} m".replace("-", "\u2212")
+    return f"Band {limits} around the finest value, order {seen.order:.2f}, {seen.sequence}."
+
+
+def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    """What each ladder says about its limit: sequence type, order, Richardson value and band (m), or the refusal."""
+    return [
+        {
+            "scene": ladder.scene.name,
+            "ladder": ladder.label,
+            "levels": len(ladder.solved),
+            "sequence": ladder.convergence.sequence,
+            "order": ladder.convergence.order,
+            "extrapolated": ladder.convergence.extrapolated,
+            "lower": ladder.convergence.band and ladder.convergence.band.lower,
+            "upper": ladder.convergence.band and ladder.convergence.band.upper,
+            "gci_percent": ladder.convergence.gci_percent,
+            "refused": ladder.convergence.refused,
+        }
+        for scene in scenes(entries)
+        for ladder in ladders(entries, scene.name)
+    ]
+
+
+def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    """Known heights (m) for the scenes' own questions, with each solver's finest level against them (percent)."""
+    found = []
+    for scene in scenes(entries):
+        finest = {}
+        for ladder in ladders(entries, scene.name):
+            finest.setdefault(ladder.solver, ladder.finest)
+        heights = {solver: height(entry) for solver, entry in finest.items() if entry}
+        for value in (*published(scene), *cross_code(scene)):
+            if value.mesh is None:
+                line = {"scene": scene.name, "kind": value.kind, "source": value.source, "cell": value.cell}
+                line |= {"value": value.value}
+                line |= {f"{solver}_percent": percent(heights.get(solver), value.value) for solver in NAMES}
+                found.append(line)
+    return found
+
+
+def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:
+    """The value (m) that plotted errors are measured from, and what it is: the best that the study has."""
+    best = sorted(found, key=lambda ladder: ladder.solver != "reference")
+    for ladder in best:
+        if ladder.convergence.extrapolated is not None:
+            return ladder.convergence.extrapolated, f"the Richardson value of the {ladder.label} ladder"
+    for ladder in best:
+        if ladder.finest:
+            return height(ladder.finest), f"the finest {ladder.label} level"
+    return None

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.quadratic_form import packing, pairs
+from ancf.packing import packing, pairs
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,15 +12,17 @@ with G_ip = dS_i/dX_p. Here every integral is summed over its points, for all el
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ancf.material import SaintVenantKirchhoff
+from ancf.packing import CHUNK, packing
 from ancf.quadrature import Rule
 from ancf.shape import Conforming
 
-CHUNK_BYTES = 32_000_000
+RUN_BYTES = 32_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,26 +80,37 @@ class PointElements:
 
     def energy(self, Q: np.ndarray) -> float:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
-        return float(sum(volume.ravel() @ self.material.energy(strain(q, G)).ravel() for q, G, volume in self._runs(Q)))
+        return float(
+            sum(
+                volume.ravel() @ self.material.energy(strain(q, G)).ravel()
+                for q, G, volume in self._runs(Q, self.parts)
+            )
+        )
 
     def force(self, Q: np.ndarray) -> np.ndarray:
         """Internal force (e, i, 3) in N for positions and N m for gradients."""
-        return np.concatenate([self._stiffening(q, G, volume) @ q for q, G, volume in self._runs(Q)])
+        return np.concatenate([self._stiffening(q, G, volume) @ q for q, G, volume in self._runs(Q, self.parts)])
 
-    def tangent(self, Q: np.ndarray) -> np.ndarray:
-        """Tangent K (e, i, 3, k, 3), symmetric."""
-        return np.concatenate([self._tangent(q, G, volume) for q, G, volume in self._runs(Q)])
+    def tangent(self, Q: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield the packed tangents portion by portion; see `packing`."""
+        rows, columns, second = packing(Q.shape[1])
+        for start in range(0, len(Q), CHUNK):
+            part = slice(start, start + CHUNK)
+            K = np.concatenate([self._tangent(q, G, volume) for q, G, volume in self._runs(Q[part], self.parts[part])])
+            entries = K.reshape(len(K), 3 * Q.shape[1], -1)[:, rows, columns]
+            yield np.concatenate([entries[:, :second].ravel(), entries[:, second:].ravel()])
 
-    def _runs(self, Q: np.ndarray):
+    @staticmethod
+    def _runs(Q: np.ndarray, parts: tuple[Integrand, ...]):
         """(Q, G, volume) of consecutive elements with equally many points, in portions that stay small."""
         start = 0
         while start < len(Q):
-            points = len(self.parts[start].volume)
-            most = max(1, CHUNK_BYTES // (points * 6 * 48 * 8 * 3))
+            points = len(parts[start].volume)
+            most = max(1, RUN_BYTES // (points * 9 * 48 * 8 * 2))
             stop = start + 1
-            while stop < min(len(Q), start + most) and len(self.parts[stop].volume) == points:
+            while stop < min(len(Q), start + most) and len(parts[stop].volume) == points:
                 stop += 1
-            run = self.parts[start:stop]
+            run = parts[start:stop]
             yield Q[start:stop], np.stack([part.G for part in run]), np.stack([part.volume for part in run])
             start = stop
 
@@ -109,6 +122,7 @@ class PointElements:
         return GS @ G.swapaxes(2, 3).reshape(e, 3 * q, i)
 
     def _tangent(self, Q: np.ndarray, G: np.ndarray, volume: np.ndarray) -> np.ndarray:
+        """Tangents K (e, i, 3, k, 3) of elements with equally many points."""
         e, q, i, _ = G.shape
         F = _gradient(Q, G)
         C = self.material.tangent((F.swapaxes(-1, -2) @ F - np.eye(3)) / 2) * volume[..., None, None, None, None]

@@ -45,6 +45,11 @@ class Mesh:
         """Reference nodal vectors by element (e, i, 3)."""
         return self.vectors[self.connectivity]
 
+    def orientation(self, vectors: np.ndarray) -> np.ndarray:
+        """det (r_x, r_y, r_z) at each node for nodal vectors (v, 3)."""
+        r_x, r_y, r_z = (vectors[self.kinds == kind] for kind in ("r_x", "r_y", "r_z"))
+        return np.einsum("na,na->n", np.cross(r_x, r_y), r_z)
+
     def locate(self, x: float, y: float) -> int:
         """Element that contains the parameters (x, y). Raises ValueError outside the mesh."""
         column = _interval(self.x_lines, x, "x")

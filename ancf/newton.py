@@ -25,6 +25,7 @@ OK = "ok"
 DIVERGED = "newton_diverged"
 SINGULAR = "singular_tangent"
 NOT_FINITE = "not_finite"
+INVERTED = "inverted_element"
 
 
 class Balance(NamedTuple):
@@ -85,7 +86,7 @@ def correct(
         last, norm = norm, system.norm(residual)
         if not reuse or not norm <= REFRESH * last:
             factor = None
-    return ended(OK)
+    return ended(INVERTED if system.is_inverted(q) else OK)
 
 
 class Path(NamedTuple):

@@ -14,9 +14,9 @@ so the energy of a St. Venant-Kirchhoff solid is a quadratic form of D with a co
 All rules, subdomains and grooves are spent when A is integrated; elements of equal shape and groove
 share it, and the whole mesh is a few matrix products.
 
-Pairs: D, P and A are symmetric in (i, j), so 136 pairs of 16 functions suffice. The tangent maps the
+D, P and A are symmetric in (i, j), so 136 pairs of 16 functions suffice. The tangent maps the
 matrices Q_ja Q_nb (j, n) to matrices (i, k) and commutes with transposition, so it splits into a
-symmetric part on 136 pairs and an antisymmetric part on 120. Pairs i < k come first, then i = k.
+symmetric part on 136 pairs and an antisymmetric part on 120.
 
 Positions are measured from the element's first node: A does not see a translation, and small
 numbers lose no digits.
@@ -25,40 +25,15 @@ numbers lose no digits.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
 from ancf.element import Integrand
 from ancf.material import SaintVenantKirchhoff
+from ancf.packing import CHUNK, DIRECTIONS, Pairs, pairs
 
-DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-CHUNK = 64
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-
-
-@dataclass(frozen=True, eq=False)
-class Pairs:
-    """Pairs (i <= k) of n functions: first and second index (m,), and the pair of each (i, k) (n, n).
-
-    weight (m,): 1/2 where i = k, else 1. crossed: number of pairs with i < k, which come first.
-    """
-
-    first: np.ndarray
-    second: np.ndarray
-    of: np.ndarray
-    weight: np.ndarray
-    crossed: int
-
-
-@lru_cache(maxsize=8)
-def pairs(n: int) -> Pairs:
-    """The pairs of n functions."""
-    off = np.triu_indices(n, 1)
-    first, second = (np.concatenate([index, np.arange(n)]) for index in off)
-    of = np.empty((n, n), dtype=np.intp)
-    of[first, second] = of[second, first] = np.arange(len(first))
-    return Pairs(first, second, of, np.where(first == second, 0.5, 1.0), len(off[0]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,11 +108,6 @@ class Run:
         else:
             shape = (len(tensor), -1, m)
             np.matmul(x.reshape(shape), tensor, out=y.reshape(shape))
-
-
-def element_order(form_of: np.ndarray) -> np.ndarray:
-    """Permutation (e,) that puts equal forms side by side within each portion of CHUNK elements."""
-    return np.lexsort((form_of, np.arange(len(form_of)) // CHUNK))
 
 
 def _runs(form_of: np.ndarray) -> list[Run]:
@@ -256,19 +226,3 @@ def _work(e: int, n: int) -> dict[str, np.ndarray]:
     work = {name: np.empty((e, *shape)) for name, shape in shapes.items()}
     upper, lower = packed[: e * 6 * m].reshape(e, 6, m), packed[e * 6 * m :].reshape(e, 3, c)
     return work | {"packed": packed, "upper": upper, "lower": lower}
-
-
-def packing(n: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """Row and column (3 i + a) of each entry of a packed tangent of n functions, and where its second part begins.
-
-    A tangent is symmetric: its distinct entries are the blocks (a, b) of DIRECTIONS for all pairs
-    (i <= k), and for a < b also the entries (k, i) of the pairs i < k. A portion of elements stores
-    the first part of all of them, then the second part of all of them.
-    """
-    pair = pairs(n)
-    c = pair.crossed
-    parts = [(pair.first, pair.second, a, b) for a, b in DIRECTIONS]
-    parts += [(pair.second[:c], pair.first[:c], a, b) for a, b in DIRECTIONS[3:]]
-    rows = np.concatenate([3 * i + a for i, _, a, _ in parts])
-    columns = np.concatenate([3 * k + b for _, k, _, b in parts])
-    return rows, columns, 6 * len(pair.first)

@@ -13,7 +13,8 @@ from ancf.element import Integrand, PointElements, integrand, mass
 from ancf.loads import Load
 from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
-from ancf.quadratic_form import CHUNK, QuadraticElements, element_order, from_first_node, quadratic_form
+from ancf.packing import CHUNK, element_order
+from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
 FORM_BYTES = 8 * (2 * 136**2 + 120**2)
@@ -84,6 +85,10 @@ class System:
         """M a (u,) of accelerations (3 v,)."""
         return (self.body.mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
 
+    def is_inverted(self, q: np.ndarray) -> bool:
+        """Whether r_x, r_y, r_z have lost their orientation at a node: the solution is then no deformation."""
+        return bool(np.any(self.body.mesh.orientation(q.reshape(-1, 3)) <= 0))
+
     def energies(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
         """Kinetic and strain energy in J."""
         v = v.reshape(-1, 3)
@@ -120,7 +125,7 @@ def body(
         for e in first
     ]
     pointwise = pointwise or len(parts) * FORM_BYTES > MOST_FORM_BYTES
-    order = np.arange(len(form_of)) if pointwise else element_order(form_of)
+    order = element_order(form_of)
     form_of, connectivity = form_of[order], mesh.connectivity[order]
     if pointwise:
         elements = PointElements(tuple(parts[g] for g in form_of), material)

@@ -1,0 +1,196 @@
+"""Truths of the elements: plain and grooved, flat and curved, pre-integrated and point by point."""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from ancf.assembly import assembly
+from ancf.element import PointElements, integrand
+from ancf.packing import CHUNK, packing
+from ancf.quadrature import gauss, onto_cell, tensor
+from ancf.subdomain import BOTTOM, GROOVE, Band
+from ancf.system import system
+
+FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
+
+
+def free_system(plate):
+    return system(plate, np.zeros(plate.mesh.vectors.size, dtype=bool), (), 0.05)
+
+
+def dense_tangent(plate, q):
+    acting = free_system(plate)
+    return acting.assembly.pattern.full(acting.tangent(q.ravel())).toarray()
+
+
+def test_no_force_and_no_energy_at_rest(plate):
+    Q = plate.mesh.vectors[plate.connectivity]
+    assert np.abs(plate.elements.force(Q)).max() < 1e-13 * FORCE
+    assert abs(plate.elements.energy(Q)) < 1e-20 * FORCE
+
+
+@pytest.mark.parametrize("shift", [1.0, 1e3])
+def test_rigid_motion_costs_no_energy(plate, shift):
+    """Rotation by 2 rad and a shift; positions far away lose as many digits as the shift has.
+
+    The energy is a square of strains of round-off: (1e-16 shift)^2 times the stiffness.
+    """
+    turn = Rotation.from_rotvec([0.9, -1.4, 1.1]).as_matrix()
+    moved = plate.mesh.vectors @ turn.T
+    moved[plate.mesh.kinds == "r"] += shift * np.array([1.0, -2.0, 0.5])
+    Q = moved[plate.connectivity]
+    assert abs(plate.elements.energy(Q)) < (1e-14 * shift) ** 2 * FORCE
+    assert np.abs(plate.elements.force(Q)).max() < 1e-13 * shift * FORCE
+
+
+def test_force_is_the_derivative_of_energy(plate, deformed):
+    """Central difference with h = 1e-5: its error h^2 and the energy's round-off / h are both about 1e-9."""
+    q, direction = deformed(plate), np.random.default_rng(5).standard_normal(plate.mesh.vectors.shape)
+    h = 1e-5
+    ahead, behind = (plate.elements.energy((q + s * direction)[plate.connectivity]) for s in (h, -h))
+    slope = np.sum(plate.elements.force(q[plate.connectivity]) * direction[plate.connectivity])
+    assert slope == pytest.approx((ahead - behind) / (2 * h), rel=1e-7)
+
+
+def test_tangent_is_the_derivative_of_force(plate, deformed):
+    """The force is a cubic of q: central differences err by h^2 times its third derivative."""
+    q = deformed(plate)
+    acting, K, h = free_system(plate), dense_tangent(plate, q), 1e-5
+    direction = np.random.default_rng(6).standard_normal(q.size)
+    ahead, behind = (acting.force_internal(q.ravel() + s * direction) for s in (h, -h))
+    np.testing.assert_allclose(K @ direction, (ahead - behind) / (2 * h), atol=1e-8 * np.abs(K @ direction).max())
+
+
+@pytest.mark.parametrize("kind", ["plain", "grooved", "curved", "curved, grooved"])
+@pytest.mark.parametrize("points", [(3, 3, 2), (7, 7, 3)])
+def test_quadratic_form_equals_the_sum_over_points(make_body, deformed, kind, points):
+    """1e-12 of the largest entry: both sum the same numbers in another order."""
+    fast, plain = make_body(kind, points=points), make_body(kind, points=points, pointwise=True)
+    assert isinstance(plain.elements, PointElements)
+    q = deformed(fast)
+    Q = q[fast.connectivity]
+    force = plain.elements.force(Q)
+    np.testing.assert_allclose(fast.elements.force(Q), force, atol=1e-12 * np.abs(force).max())
+    assert fast.elements.energy(Q) == pytest.approx(plain.elements.energy(Q), rel=1e-12)
+    K, K_plain = dense_tangent(fast, q), dense_tangent(plain, q)
+    np.testing.assert_allclose(K, K_plain, atol=1e-12 * np.abs(K_plain).max())
+
+
+def looped_force(Q, G, volume, lame, shear):
+    """f_ia of one element by the textbook: loops over points, functions and components."""
+    f = np.zeros(Q.shape)
+    for G_q, dV in zip(G, volume, strict=True):
+        F = [[sum(Q[i][a] * G_q[i][p] for i in range(16)) for p in range(3)] for a in range(3)]
+        E = [[(sum(F[a][p] * F[a][r] for a in range(3)) - (p == r)) / 2 for r in range(3)] for p in range(3)]
+        trace = E[0][0] + E[1][1] + E[2][2]
+        S = [[lame * trace * (p == r) + 2 * shear * E[p][r] for r in range(3)] for p in range(3)]
+        for i, a, p, r in itertools.product(range(16), range(3), range(3), range(3)):
+            f[i, a] += F[a][p] * S[p][r] * G_q[i][r] * dV
+    return f
+
+
+@pytest.mark.parametrize("kind", ["grooved", "curved, grooved"])
+def test_force_equals_plain_loops(make_body, deformed, kind):
+    """One element, 3 x 3 x 2 points per subdomain, summed as printed in any textbook."""
+    plate = make_body(kind, points=(3, 3, 2), pointwise=True)
+    q = deformed(plate)
+    part, Q, material = plate.elements.parts[1], q[plate.connectivity[1]], plate.elements.material
+    looped = looped_force(Q, part.G, part.volume, material.lame, material.shear)
+    force = plate.elements.force(q[plate.connectivity])[1]
+    np.testing.assert_allclose(force, looped, atol=1e-13 * np.abs(looped).max())
+
+
+@pytest.mark.parametrize("kind", ["plain", "grooved"])
+@pytest.mark.parametrize("lines", [(np.array([0.0, 1.2]), np.array([0.0, 0.6])), None])
+@pytest.mark.parametrize("points", [(3, 3, 2), (7, 7, 3)])
+def test_exactly_six_modes_without_energy(make_body, kind, lines, points):
+    """Gradients measured in lengths, so that the eigenvalues compare; six rigid modes, and no spurious one."""
+    plate = make_body(kind, lines=lines, points=points)
+    acting = free_system(plate)
+    K = dense_tangent(plate, plate.mesh.vectors) / np.outer(acting.lengths, acting.lengths)
+    eigenvalues = np.linalg.eigvalsh(K) / np.abs(K).max()
+    np.testing.assert_allclose(eigenvalues[:6], 0, atol=1e-13)
+    assert eigenvalues[6] > 1e-8
+
+
+@pytest.mark.parametrize("bands", [(), (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),)])
+@pytest.mark.parametrize("points", [(3, 3, 2), (7, 7, 3)])
+def test_patch_of_unequal_elements_under_constant_stress(make_body, bands, points):
+    """Uniaxial stress along x leaves faces, and walls of grooves along x, free: no force on inner nodes."""
+    plate = make_body(bands=bands, nu=0.0, points=points, lines=([0, 0.3, 0.7, 1.2], [0, 0.25, 0.35, 0.6]))
+    stretched = plate.mesh.vectors * [1.2, 1.0, 1.0] @ Rotation.from_rotvec([0.3, 0.8, -0.2]).as_matrix().T
+    force = free_system(plate).force_internal(stretched.ravel()).reshape(-1, 3)
+    x, y = plate.mesh.parameters.T
+    inner = (x > 0) & (x < 1.2) & (y > 0) & (y < 0.6)
+    assert inner.sum() == 16
+    assert np.abs(force[inner]).max() < 1e-14 * np.abs(force).max() + 1e-13 * FORCE
+
+
+def test_elements_of_equal_shape_share_one_form(make_body):
+    """Equal spacing: one shape when plain; on the cylinder two, which mirror each other, not four."""
+    even = (np.linspace(0, 1, 6), np.linspace(0, 1, 5))
+    assert make_body(lines=even).shapes == 1
+    groove = (Band(BOTTOM, GROOVE, 0, (0.3, 0.4), 0.02),)
+    assert make_body(lines=even, bands=groove).shapes == 2
+
+
+def test_shallow_groove_is_no_groove(make_body, deformed):
+    """A depth of 1e-9 m changes the stiffness by about 1e-9 / thickness = 2e-8."""
+    plain, grooved = (make_body(bands=b) for b in ((), (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 1e-9),)))
+    q = deformed(plain)
+    K = dense_tangent(plain, q)
+    np.testing.assert_allclose(dense_tangent(grooved, q), K, atol=1e-7 * np.abs(K).max())
+
+
+def test_groove_over_the_whole_plate_is_a_thinner_plate(make_body, deformed):
+    """Depth 0.02 everywhere on the bottom leaves z in [-0.005, 0.025], integrated directly."""
+    plate = make_body(bands=(Band(BOTTOM, GROOVE, 0, (0.0, 0.6), 0.02),), pointwise=True)
+    mesh = plate.mesh
+    rules = [onto_cell(tensor(gauss(7), gauss(7), gauss(3)), (*cell, (-0.005, 0.025))) for cell in mesh.cells]
+    parts = [integrand(mesh.shape, r, c, Q) for r, c, Q in zip(rules, mesh.cells, mesh.element_vectors, strict=True)]
+    Q = deformed(plate)[mesh.connectivity]
+    force = PointElements(tuple(parts), plate.elements.material).force(Q)
+    np.testing.assert_allclose(plate.elements.force(Q), force, atol=1e-12 * np.abs(force).max())
+    assert plate.volume == pytest.approx(1.2 * 0.6 * 0.03, rel=1e-13)
+
+
+def test_folded_reference_shape_is_refused(make_body):
+    mesh = make_body().mesh
+    rule = onto_cell(tensor(gauss(3), gauss(3), gauss(2)), (*mesh.cells[0], (-0.02, 0.02)))
+    with pytest.raises(ValueError, match="folds"):
+        integrand(mesh.shape, rule, mesh.cells[0], mesh.element_vectors[0] * [1, 1, -1])
+
+
+def test_portions_of_many_elements_sum_like_one(make_body, deformed):
+    """More elements than one portion holds, some shapes shared and some not: the sparse sum equals a dense one."""
+    lines = (np.r_[np.linspace(0, 1, 10), 1.15, 1.3], np.linspace(0, 0.6, 8))
+    plate = make_body(lines=lines, bands=(Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),))
+    assert len(plate.connectivity) > CHUNK
+    twin = make_body(lines=lines, bands=(Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), pointwise=True)
+    q = deformed(plate)
+    rows, columns, second = packing(16)
+    K = np.zeros((q.size, q.size))
+    for start, packed in zip(
+        range(0, len(twin.connectivity), CHUNK), twin.elements.tangent(q[twin.connectivity]), strict=True
+    ):
+        conn = twin.connectivity[start : start + CHUNK]
+        at = (3 * conn[:, :, None] + np.arange(3)).reshape(len(conn), 48)
+        split = len(conn) * second
+        for part, values in ((slice(second), packed[:split]), (slice(second, None), packed[split:])):
+            r, c, k = at[:, rows[part]].ravel(), at[:, columns[part]].ravel(), values.copy()
+            np.add.at(K, (r, c), k)
+            np.add.at(K, (c[r != c], r[r != c]), k[r != c])
+    np.testing.assert_allclose(dense_tangent(plate, q), K, atol=1e-12 * np.abs(K).max())
+
+
+def test_held_components_leave_the_sum(make_body, deformed):
+    """Matrix and vector of the unknowns are those of the free plate without the held rows and columns."""
+    plate = make_body("grooved")
+    q = deformed(plate)
+    held = np.random.default_rng(9).uniform(size=q.size) < 0.3
+    sums = assembly(plate.connectivity, len(q), held, CHUNK)
+    Q = sums.gather(q.ravel())
+    K = sums.pattern.full(sums.matrix(plate.elements.tangent(Q))).toarray()
+    np.testing.assert_allclose(K, dense_tangent(plate, q)[np.ix_(~held, ~held)], atol=1e-9)

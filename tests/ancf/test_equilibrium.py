@@ -1,0 +1,124 @@
+"""Statics: closed forms, and failures by name."""
+
+import numpy as np
+import pytest
+
+from ancf.functional import mean_over_edge, value_at
+from ancf.linear_solver import LinearSolver, SingularMatrix
+from ancf.loads import spread
+from ancf.newton import DIVERGED, INVERTED, NOT_FINITE, OK, SINGULAR, equilibrium
+from ancf.supports import clamp
+from ancf.system import system
+
+E, THICKNESS = 2.0e6, 0.05
+RAMP = ((0.0, 0.0), (1.0, 1.0))
+
+
+def follow(acting, step=0.25, until=1.0):
+    solver = LinearSolver(acting.assembly.pattern)
+    return equilibrium(acting, solver, acting.body.mesh.vectors.ravel().copy(), 0.0, until, step)
+
+
+def pulled(make_body, force, bands=()):
+    plate = make_body(bands=bands, nu=0.0)
+    load = spread(mean_over_edge(plate.mesh, bands, THICKNESS, "x1"), force, RAMP)
+    return system(plate, clamp(plate.mesh, "x0", "tangential"), [load], THICKNESS)
+
+
+def test_tension_of_a_strip_is_exact(make_body):
+    """nu = 0: homogeneous stretch s with E A s (s^2 - 1)/2 = F. Here s = 1.2, without any discretisation error."""
+    s = 1.2
+    force = E * 0.6 * THICKNESS * s * (s**2 - 1) / 2
+    acting = pulled(make_body, (force, 0, 0))
+    path = follow(acting)
+    assert path.status == OK
+    np.testing.assert_allclose(path.q.reshape(-1, 3), acting.body.mesh.vectors * [s, 1, 1], atol=1e-9)
+
+
+def test_small_load_is_the_linear_solution(make_body):
+    """At 1e-4 N the displacement is that of K u = F to about its own size, 1e-6."""
+    acting = pulled(make_body, (0, 0, -1e-4))
+    rest = acting.body.mesh.vectors.ravel()
+    solve = LinearSolver(acting.assembly.pattern).factorise(acting.tangent(rest))
+    u = np.zeros(rest.size)
+    u[acting.assembly.free] = solve(acting.force_external(1.0))
+    path = follow(acting, step=1.0)
+    assert path.status == OK
+    np.testing.assert_allclose(path.q - rest, u, atol=1e-5 * np.abs(u).max())
+
+
+def test_result_does_not_depend_on_the_load_steps(make_body):
+    """Both paths end within Newton's tolerance of the same equilibrium."""
+    acting = pulled(make_body, (0, 0, -20.0))
+    ends = [follow(acting, step).q for step in (1.0, 0.1)]
+    np.testing.assert_allclose(*ends, atol=1e-8)
+
+
+def test_work_equals_strain_energy_on_a_fine_path(make_body):
+    """The trapezoidal sum of the dead load's work errs like the square of the load step."""
+    acting = pulled(make_body, (0, 0, -20.0))
+    path = follow(acting, 0.01)
+    strain = acting.energies(path.q, 0 * path.q)[1]
+    assert path.work == pytest.approx(strain, rel=1e-4)
+
+
+def test_column_beyond_its_buckling_load_is_still_solved(make_body):
+    """Past Euler's load the straight column's tangent is indefinite: LU replaces Cholesky and Newton holds.
+
+    Straight compression s = 0.9: E A s (1 - s^2)/2 is ten times the load at which the column buckles.
+    """
+    s = 0.9
+    force = -E * 0.6 * THICKNESS * s * (1 - s**2) / 2
+    acting = pulled(make_body, (force, 0, 0))
+    path = follow(acting, 0.1)
+    assert path.status == OK
+    np.testing.assert_allclose(path.q.reshape(-1, 3), acting.body.mesh.vectors * [s, 1, 1], atol=1e-8)
+    K = acting.assembly.pattern.full(acting.tangent(path.q)).toarray()
+    assert np.linalg.eigvalsh(K).min() < 0
+
+
+def test_unsupported_plate_has_a_singular_tangent(make_body):
+    plate = make_body()
+    load = spread(value_at(plate.mesh, 1.2, 0.6, 0.0), (0, 0, 1.0), RAMP)
+    acting = system(plate, np.zeros(plate.mesh.vectors.size, dtype=bool), [load], THICKNESS)
+    assert follow(acting).status == SINGULAR
+
+
+def test_load_that_is_not_finite_is_named(make_body):
+    assert follow(pulled(make_body, (np.nan, 0, 0))).status == NOT_FINITE
+
+
+def test_crushing_load_is_a_named_failure(make_body):
+    """St. Venant-Kirchhoff in compression carries at most E A / (3 sqrt 3); twice that only inside out.
+
+    Newton finds that mirrored equilibrium (s = -1.2), so the orientation has to be looked at.
+    """
+    path = follow(pulled(make_body, (-2 * E * 0.6 * THICKNESS / (3 * np.sqrt(3)), 0, 0)))
+    assert path.status in (INVERTED, DIVERGED, SINGULAR)
+    assert path.t < 1.0
+
+
+def test_singular_and_broken_matrices_are_refused(make_body):
+    acting = pulled(make_body, (1.0, 0, 0))
+    solver = LinearSolver(acting.assembly.pattern)
+    K = acting.tangent(acting.body.mesh.vectors.ravel())
+    with pytest.raises(SingularMatrix):
+        solver.factorise(np.zeros_like(K))
+    with pytest.raises(SingularMatrix):
+        solver.factorise(K * np.nan)
+
+
+@pytest.mark.parametrize("way", ["_cholesky", "_banded_lu", "_sparse"])
+@pytest.mark.parametrize("definite", [True, False])
+def test_every_way_solves_what_numpy_solves(make_body, way, definite):
+    """Indefinite: K - 2 M times the lowest eigenvalue and more; Cholesky must refuse it."""
+    acting = pulled(make_body, (1.0, 0, 0))
+    solver = LinearSolver(acting.assembly.pattern)
+    data = acting.tangent(acting.body.mesh.vectors.ravel()) - (0 if definite else 1e4) * acting.mass_values
+    solve = getattr(solver, way)(data)
+    if way == "_cholesky" and not definite:
+        assert solve is None
+        return
+    b = np.random.default_rng(0).standard_normal(acting.unknowns)
+    K = acting.assembly.pattern.full(data).toarray()
+    np.testing.assert_allclose(K @ solve(b), b, atol=1e-7)

@@ -89,7 +89,6 @@ def _step(
     middle = (state.time + until) / 2
     state, first = _step(system, scheme, state, middle, memory, halvings - 1)
     state, second = _step(system, scheme, state, until, memory, halvings - 1)
-    memory.forget()
     return state, first + second
 
 
@@ -112,6 +111,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     def tangent(unknowns: np.ndarray) -> np.ndarray:
         return system.tangent(unknowns.reshape(-1, 3), 1 - alpha_f, (1 - alpha_m) / (beta * h**2))
 
+    memory.prepare(h)
     guess = state.u + h * state.v + 0.5 * h**2 * state.a
     solve(Equation(residual, tangent, system.scale), guess.ravel(), memory)
     v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])

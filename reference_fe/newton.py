@@ -47,11 +47,15 @@ class Equation:
 
 @dataclass
 class Memory:
-    """The last factorisation, what was learnt since, and counts of the work done so far."""
+    """The last factorisation, what was learnt since, and counts of the work done so far.
+
+    diagonal: places of the diagonal among the upper-triangle values. step: the time step (s) it is for.
+    """
 
     solver: object
     diagonal: np.ndarray
     valid: bool = False
+    step: float = 0.0
     pairs: list[tuple[np.ndarray, np.ndarray, float]] = field(default_factory=list)
     iterations: int = 0
     factorisations: int = 0
@@ -61,8 +65,14 @@ class Memory:
     stiffness: float = 0.0
 
     def forget(self) -> None:
-        """Call when the tangent changes for good, for example with the time step."""
+        """Let the next iteration form a new tangent."""
         self.valid = False
+
+    def prepare(self, step: float) -> None:
+        """Forget a factorisation that was made for another time step."""
+        if not math.isclose(step, self.step, rel_tol=1e-9):
+            self.step = step
+            self.forget()
 
     @contextmanager
     def clock(self, part: str) -> Iterator[None]:

@@ -21,7 +21,8 @@ import numpy as np
 from scipy.optimize import brentq, minimize_scalar
 
 SAFETY = 1.25  # Roache's factor for three or more levels
-RATIO = 1.3  # least ratio of neighbouring h that an order is read from (Celik et al., step 2)
+RATIOS = (1.3, 1.2)  # least ratio of neighbouring h: that of Celik et al., step 2, and what is taken without it
+SETTLED = 1.5  # largest ratio of the orders of the finest three levels and of those before
 ORDERS = (0.5, 4.5)  # plausible orders: see `study`
 NOISE = 1e-8  # relative change below which a value no longer depends on h: solver tolerance
 STEEPEST = 30.0  # orders are sought within +-STEEPEST
@@ -92,11 +93,13 @@ def study(
 ) -> Convergence:
     """Convergence of `values` (None or not finite: a failed level) over element lengths `h`, in any order of levels.
 
-    The numbers come from the finest level and the next two that are each at least RATIO coarser
-    than the one before; the sequence type is judged over all levels between them. `orders` is the
-    range in which a band is allowed: below 0.5 the limit would lie more than 2.4 times the last
-    change away (halved h), above 4.5 a change is smaller than any of our elements earns (the
-    displacement of quadratic tetrahedra and of cubic Hermite plates converges with order 4 at most).
+    The numbers come from the finest level and the next two that are each at least 1.3 times coarser
+    than the one before (1.2 where there are no such three); the sequence type is judged over all
+    levels between them. A band needs an order within `orders`: below 0.5 the limit would lie more
+    than 2.4 times the last change away (halved h), above 4.5 a change is smaller than any of our
+    elements earns (the displacement of quadratic tetrahedra and of cubic Hermite plates converges
+    with order 4 at most). With four levels or more it also needs the levels without the finest to
+    show nearly the same order, else the sequence is not yet in its asymptotic range.
     Raises ValueError where lengths differ or an h is not positive or occurs twice.
     """
     h, known = _checked(h, values)
@@ -107,14 +110,19 @@ def study(
         return Convergence(None, refused=f"failed level: {failed}", value=_last(known))
     used = _spread(h)
     if len(used) < 3:
-        reason = f"too little refinement: no three levels whose h differ by a factor of {RATIO} each"
+        reason = f"too little refinement: no three levels whose h differ by a factor of {RATIOS[-1]} each"
         return Convergence(None, refused=reason, value=_last(known))
-    fit = least_squares(h, known) if len(h) > 3 else None
     sequence = sequence_type(h[used[0] :], known[used[0] :], noise)
+    fit = least_squares(h, known) if len(h) > 3 else None
     found = Convergence(sequence, used=tuple(used), fit=fit, value=_last(known))
     if sequence != "monotone":
         return replace(found, refused=REFUSED[sequence])
-    return _extrapolated(found, h[used], known[used], orders)
+    order = observed_order(h[used], known[used])
+    found = replace(found, order=order)
+    if refused := _implausible(order, orders) or _unsettled(order, h[:-1], known[:-1]):
+        return replace(found, refused=refused)
+    limit = richardson(h[used[1:]], known[used[1:]], order)
+    return replace(found, extrapolated=limit, gci=SAFETY * abs(limit - float(known[-1])))
 
 
 REFUSED = {
@@ -124,15 +132,22 @@ REFUSED = {
 }
 
 
-def _extrapolated(found: Convergence, h: np.ndarray, values: np.ndarray, orders: tuple[float, float]) -> Convergence:
-    """`found` with order, Richardson value and band of three levels (coarse to fine)."""
-    p = observed_order(h, values)
+def _implausible(order: float, orders: tuple[float, float]) -> str | None:
     low, high = orders
-    if p is None or not low <= p <= high:
-        shown = "none" if p is None else f"{p:.3g}"
-        return replace(found, order=p, refused=f"implausible order: {shown} outside {low} to {high}")
-    limit = richardson(h[-2:], values[-2:], p)
-    return replace(found, order=p, extrapolated=limit, gci=SAFETY * abs(limit - float(values[-1])))
+    return None if low <= order <= high else f"implausible order: {order:.3g} outside {low} to {high}"
+
+
+def _unsettled(order: float, h: np.ndarray, values: np.ndarray) -> str | None:
+    """Why the levels before the finest contradict its order; None where they agree or are too few to tell."""
+    before = _spread(h)
+    if len(before) < 3:
+        return None
+    earlier = observed_order(h[before], values[before])
+    if earlier is None:
+        return f"unsettled order: the levels before the finest have none, with it {order:.3g}"
+    if max(order, earlier) > SETTLED * min(order, earlier):
+        return f"unsettled order: {earlier:.3g} before the finest level, {order:.3g} with it"
+    return None
 
 
 def observed_order(h: Sequence[float], values: Sequence[float]) -> float | None:
@@ -175,7 +190,8 @@ def sequence_type(h: Sequence[float], values: Sequence[float], noise: float = NO
         return "plateau"
     if (changes[:-1] * changes[-1] < 0).any():
         return "oscillating" if abs(changes[-1]) < np.abs(changes[:-1]).max() else "diverging"
-    used = _spread(h) if len(h) > 3 else [0, 1, 2]
+    used = _spread(h)
+    used = used if len(used) == 3 else [0, len(h) // 2, len(h) - 1]
     return "monotone" if observed_order(h[used], values[used]) else "diverging"
 
 
@@ -225,11 +241,14 @@ def _checked(h: Sequence[float], values: Sequence[float | None]) -> tuple[np.nda
 
 
 def _spread(h: np.ndarray) -> list[int]:
-    """Indices (coarse to fine) of the finest level and the next two, each at least RATIO coarser."""
-    used = [len(h) - 1]
-    for index in range(len(h) - 2, -1, -1):
-        if len(used) < 3 and h[index] >= RATIO * h[used[-1]] * (1 - 1e-9):
-            used.append(index)
+    """Indices (coarse to fine) of the finest level and the next two, each a ratio of RATIOS coarser."""
+    for ratio in RATIOS:
+        used = [len(h) - 1]
+        for index in range(len(h) - 2, -1, -1):
+            if len(used) < 3 and h[index] >= ratio * h[used[-1]] * (1 - 1e-9):
+                used.append(index)
+        if len(used) == 3:
+            break
     return used[::-1]
 
 

@@ -113,6 +113,35 @@ def test_levels_too_close_to_each_other_are_refused():
     assert study(h, power(h, 2.0)).refused.startswith("too little refinement")
 
 
+def test_a_ratio_of_1_2_is_taken_where_there_is_no_1_3():
+    h = 1.25 ** -np.arange(3.0)
+    assert study(h, power(h, 2.0)).order == pytest.approx(2.0, rel=1e-8)
+    h = 1 / np.array([3.0, 4, 5, 6])
+    assert study(h, power(h, 2.0)).used == (0, 1, 3)
+
+
+def test_an_order_that_still_changes_claims_no_band():
+    """Values whose order grows from 1 to 3 with refinement, as of an element that begins to resolve the answer."""
+    h = 0.5 ** np.arange(4.0)
+    values = [1.0, 0.6, 0.4, 0.4 - 0.2 / 8]
+    found = study(h, values)
+    assert study(h[:3], values[:3]).gci is not None
+    assert (found.sequence, found.extrapolated, found.gci) == ("monotone", None, None)
+    assert found.order == pytest.approx(3.0)
+    assert found.refused == "unsettled order: 1 before the finest level, 3 with it"
+
+
+def test_levels_before_the_finest_without_an_order_claim_no_band():
+    h = 0.5 ** np.arange(5.0)
+    found = study(h, [0.3, 0.9, 0.6, 0.4, 0.35])
+    assert study(h[1:], [0.9, 0.6, 0.4, 0.3]).sequence == "monotone"
+    assert study(h[:4], [0.3, 0.9, 0.6, 0.4]).order == pytest.approx(np.log2(1.5))
+    assert found.refused.startswith("unsettled order: 0.585 before")
+    assert study(h[1:], [0.5, 0.4, 0.3, 0.25]).refused == (
+        "unsettled order: the levels before the finest have none, with it 1"
+    )
+
+
 def test_levels_between_the_three_still_judge_the_sequence():
     # 8, 6, 4 carry the order; the kink at 5 elements per side would be skipped
     h = 1 / np.array([4.0, 5, 6, 8])

@@ -21,6 +21,11 @@ class Load:
         return float(np.interp(t, times, values))
 
 
+def brought_up(load: Load, t: float) -> Load:
+    """The load's value at time t, brought up linearly from nothing over a parameter from 0 to 1."""
+    return Load(load.factor(t) * load.force, ((0.0, 0.0), (1.0, 1.0)))
+
+
 def spread(row: np.ndarray, force: Sequence[float], history) -> Load:
     """Load of a total force (3,) in N spread as the functional `row` (v,)."""
     return Load(np.outer(row, force).ravel(), tuple(history))

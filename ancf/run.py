@@ -15,7 +15,7 @@ from __future__ import annotations
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,7 +23,7 @@ import numpy as np
 from ancf.functional import mean_over_edge, mean_over_region, mean_through_thickness, value_at
 from ancf.integrate import SCHEMES, advance, initial_state
 from ancf.linear_solver import LinearSolver, SingularMatrix
-from ancf.loads import Load, gravity, spread
+from ancf.loads import Load, brought_up, gravity, spread
 from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
@@ -56,11 +56,11 @@ class Model:
 class History:
     """What is written down at each output time."""
 
-    times: list[float]
-    displacement: list[np.ndarray]
-    kinetic: list[float]
-    strain: list[float]
-    external: list[float]
+    times: list[float] = field(default_factory=list)
+    displacement: list[np.ndarray] = field(default_factory=list)
+    kinetic: list[float] = field(default_factory=list)
+    strain: list[float] = field(default_factory=list)
+    external: list[float] = field(default_factory=list)
     steps: int = 0
     iterations: int = 0
     factorisations: int = 0
@@ -88,7 +88,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         times=np.array(history.times),
         probes=tuple(probe.name for probe in scene.probes),
         probe_position=model.probes @ model.mesh.vectors,
-        displacement=np.array(history.displacement),
+        displacement=np.array(history.displacement).reshape(-1, len(model.probes), 3),
         energies={kind: np.array(getattr(history, kind)) for kind in ("kinetic", "strain", "external")},
         status=history.status,
         message=_message(history),
@@ -118,7 +118,8 @@ def _outline(scene: Scene, model: Model, q: np.ndarray) -> Outline:
 def _message(history: History) -> str:
     if history.status == OK:
         return ""
-    return f"{history.status} after t = {history.times[-1]:.6g} s and {history.steps} steps"
+    reached = f"t = {history.times[-1]:.6g} s" if history.times else "nothing"
+    return f"{history.status} after {reached} and {history.steps} steps"
 
 
 def build(scene: Scene, level: AncfLevel) -> Model:
@@ -184,54 +185,48 @@ def _probe(probe, mesh: Mesh, bands, thickness: float) -> np.ndarray:
 
 
 def _output_times(scene: Scene) -> np.ndarray:
-    """0, every, 2 every, ... until."""
-    until, every = scene.analysis.until, scene.analysis.every
-    count = int(np.ceil(until / every - 1e-9))
-    return np.minimum(every * np.arange(count + 1), until)
+    """0, every, 2 every, ... until, which is a multiple of every."""
+    return np.linspace(0.0, scene.analysis.until, round(scene.analysis.until / scene.analysis.every) + 1)
 
 
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
+    """Loads that act at t = 0 are first brought up from nothing, then the path follows the histories."""
     q = model.mesh.vectors.ravel().copy()
     acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
     times = _output_times(scene)
-    history = History([], [], [], [], [])
+    history = History()
+    ramp = replace(acting, loads=tuple(brought_up(load, 0.0) for load in acting.loads))
+    paths = [(ramp, 0.0, float(any(load.factor(0.0) for load in acting.loads)), level.time_step / times[-1])]
+    paths += [(acting, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
     work = 0.0
-    start = equilibrium(acting, solver, q, -1.0, 0.0, 1.0) if acting.force_external(0.0).any() else None
-    if start is not None:
-        history.status, q = start.status, start.q
-    _record(history, model, 0.0, q, np.zeros_like(q), work)
-    for t0, t1 in pairwise(times):
-        if history.status != OK:
-            break
-        path = equilibrium(acting, solver, q, t0, t1, level.time_step)
-        work += path.work
+    for t, (loaded, t0, t1, step) in zip(times, paths, strict=True):
+        path = equilibrium(loaded, solver, q, t0, t1, step)
         history.steps += path.steps
         history.iterations += path.iterations
-        history.status, q = path.status, path.q
-        if path.status == OK:
-            _record(history, model, float(t1), q, np.zeros_like(q), work)
-            _tell(progress, t1 / times[-1])
+        history.factorisations += path.iterations
+        history.status, q, work = path.status, path.q, work + path.work
+        if path.status != OK:
+            break
+        _record(history, model, float(t), q, np.zeros_like(q), work)
+        _tell(progress, t / times[-1])
     return history, q
 
 
 def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     q = model.mesh.vectors.ravel().copy()
     acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
-    history = History([], [], [], [], [])
+    history = History()
     try:
         state = initial_state(acting, solver, q, _initial_velocity(scene, model))
     except SingularMatrix:
         history.status = SINGULAR
-        _record(history, model, 0.0, q, np.zeros_like(q), 0.0)
         return history, q
     times, scheme, factor = _output_times(scene), SCHEMES[level.integrator], None
     _record(history, model, 0.0, state.q, state.v, 0.0)
-    old_dt = 0.0
-    for t0, t1 in pairwise(times):
-        dt = (t1 - t0) / np.ceil((t1 - t0) / level.time_step - 1e-9)
-        factor = factor if abs(dt - old_dt) < 1e-9 * dt else None
+    dt = times[1] / np.ceil(times[1] / level.time_step - 1e-9)
+    for t1 in times[1:]:
         motion = advance(acting, solver, scheme, state, float(t1), dt, factor)
-        state, factor, old_dt = motion.state, motion.factor, dt
+        state, factor = motion.state, motion.factor
         history.steps += motion.steps
         history.iterations += motion.iterations
         history.factorisations += motion.factorisations

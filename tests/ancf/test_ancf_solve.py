@@ -1,0 +1,159 @@
+"""From scene to result: what is written down, failures by name, what is imported."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from ancf.run import estimate, solve
+from compare.result import load as load_result
+from compare.result import save
+from compare.scene import AncfLevel, load, parse
+
+PLATE = {
+    "name": "plate",
+    "title": "a plate",
+    "surface": {"kind": "rectangle", "length": 1.0, "width": 0.6},
+    "thickness": 0.05,
+    "grooves": [{"name": "g", "face": "bottom", "along": "x", "across": [0.2, 0.3], "depth": 0.03}],
+    "material": {"kind": "svk", "youngs_modulus": 2.0e6, "density": 2000.0},
+    "probes": [{"name": "P", "at": [1.0, 0.6, 0.0]}, {"name": "mean", "region": [[0.8, 1.0], [0.4, 0.6]]}],
+    "analysis": {"kind": "dynamic", "until": 0.1, "every": 0.02},
+    "ancf": {"levels": [{"mesh": [4, 3], "time_step": 0.01}]},
+}
+CLAMP = [{"kind": "clamp", "edge": "x0"}]
+LEVEL = AncfLevel(mesh=(4, 3), points=(3, 3, 2), time_step=0.01)
+
+
+def scene(**changes):
+    return parse({**PLATE, **changes}, "test")
+
+
+def falling(**changes):
+    return scene(loads=[{"kind": "gravity", "acceleration": [0.0, 0.0, -9.81]}], **changes)
+
+
+def test_free_fall_is_exact():
+    """A free plate under gravity: z = -g t^2/2 and W = T = m (g t)^2 / 2, no strain; trapezoidal is exact."""
+    result = solve(falling(), LEVEL)
+    np.testing.assert_allclose(result.times, [0, 0.02, 0.04, 0.06, 0.08, 0.1])
+    drop = -9.81 * result.times**2 / 2
+    np.testing.assert_allclose(result.displacement[:, :, 2], np.stack([drop, drop], axis=1), atol=1e-9)
+    kinetic = 0.5 * 2000 * (0.6 * 0.05 - 0.1 * 0.03) * (9.81 * result.times) ** 2
+    np.testing.assert_allclose(result.energies["kinetic"], kinetic, rtol=1e-7)
+    np.testing.assert_allclose(result.energies["external"], kinetic, rtol=1e-7)
+    np.testing.assert_allclose(result.energies["strain"], 0, atol=1e-9)
+
+
+def test_rigid_start_turns_about_the_mass_centre():
+    """After a short time every point has moved by its rigid velocity: error of order (spin t)^2."""
+    t, spin, velocity = 1e-3, np.array([0.5, -1.0, 2.0]), np.array([1.0, 2.0, -1.0])
+    moving = {"velocity": velocity.tolist(), "angular_velocity": spin.tolist()}
+    case = scene(
+        initial=moving,
+        grooves=[],
+        analysis={"kind": "dynamic", "until": t, "every": t},
+        ancf={"levels": [{"mesh": [4, 3], "time_step": t}]},
+    )
+    result = solve(case, LEVEL.model_copy(update={"time_step": t}))
+    arm = np.array([1.0, 0.6, 0.0]) - [0.5, 0.3, 0.0]
+    np.testing.assert_allclose(result.displacement[-1, 0], t * (velocity + np.cross(spin, arm)), atol=5e-6)
+
+
+def test_result_tells_what_was_solved(tmp_path):
+    seen = []
+    result = solve(falling(supports=CLAMP), LEVEL, seen.append)
+    assert result.status == "ok" and result.solver == "ancf"
+    assert result.unknowns == 12 * 20 - 9 * 4
+    assert result.steps == 10 and result.newton_iterations >= 10
+    assert seen == sorted(seen) and seen[-1] == 1.0
+    assert result.facts["volume"] == pytest.approx(0.027) and result.facts["mass"] == pytest.approx(54.0)
+    np.testing.assert_allclose(result.probe_position, [[1, 0.6, 0], [0.9, 0.5, 0]], atol=1e-12)
+    assert result.displacement.shape == (6, 2, 3)
+    assert result.h == pytest.approx(0.25)
+    save(result, tmp_path / "r.npz")
+    again = load_result(tmp_path / "r.npz")
+    np.testing.assert_array_equal(again.displacement, result.displacement)
+    assert again.facts == result.facts
+
+
+def test_outline_closes_around_the_kept_material():
+    """Divergence theorem over the triangles: the volume of box minus groove; the tip point moves like its probe."""
+    result = solve(falling(supports=CLAMP), LEVEL)
+    drawn = result.outline
+    a, b, c = (drawn.points[drawn.triangles[:, k]] for k in range(3))
+    assert np.einsum("na,na->", a, np.cross(b, c)) / 6 == pytest.approx(0.027, rel=1e-9)
+    tips = np.abs(drawn.points - [1.0, 0.6, 0.025]).max(axis=1) < 1e-12
+    assert tips.any()
+    ends = drawn.displacement[tips] - result.displacement[-1, 0]
+    assert np.abs(ends).max() < 0.025
+    steps = np.abs(np.diff(drawn.points[drawn.edges], axis=1)[:, 0])
+    assert np.all(np.isin(np.round(drawn.points[drawn.edges[steps[:, 0] > 1e-9][:, 0], 1], 9), [0.0, 0.2, 0.4, 0.6]))
+
+
+@pytest.mark.parametrize("name", ["cylinder_panel", "rounded_groove", "cantilever_patch"])
+def test_shipped_scenes_run_and_balance(name):
+    """Every other shipped scene at its coarsest level; the loads' work is the energy within the path's error."""
+    case = load(name)
+    result = solve(case, case.ladder("ancf")[0])
+    assert result.status == "ok"
+    stored = result.energies["strain"][-1] + result.energies["kinetic"][-1]
+    assert result.energies["external"][-1] == pytest.approx(stored, rel=0.03)
+
+
+FAILURES = {"newton_diverged", "inverted_element", "not_finite", "singular_tangent"}
+
+
+def test_static_failure_is_named():
+    """An edge load of a million times the plate's strength has no equilibrium on a path of load steps."""
+    crush = [{"kind": "edge", "edge": "x1", "force": [-1e12, 0, 3e11]}]
+    case = scene(supports=CLAMP, loads=crush, analysis={"kind": "static", "until": 1.0, "every": 1.0})
+    result = solve(case, LEVEL.model_copy(update={"time_step": 1.0}))
+    assert result.status in FAILURES
+    assert result.message.startswith(result.status)
+    assert np.all(np.isfinite(result.displacement))
+
+
+def test_constant_load_bends_a_static_plate_from_the_start():
+    """Statics under gravity that acts at once: brought up inside the first output, the same at every later one."""
+    case = scene(
+        supports=CLAMP,
+        loads=[{"kind": "gravity", "acceleration": [0.0, 0.0, -1.0]}],
+        analysis={"kind": "static", "until": 1.0, "every": 0.5},
+        ancf={"levels": [{"mesh": [4, 3], "time_step": 0.25}]},
+    )
+    result = solve(case, LEVEL.model_copy(update={"time_step": 0.25}))
+    assert result.status == "ok"
+    assert result.displacement[0, 0, 2] < -0.1
+    np.testing.assert_allclose(result.displacement[1:], result.displacement[:-1], atol=1e-9)
+
+
+def test_dynamic_failure_is_named_and_keeps_what_was_reached():
+    """A force of 1e12 N that starts at 0.05 s tears the plate: the history ends before it."""
+    history = [[0.0, 0.0], [0.05, 0.0], [0.051, 1.0]]
+    pull = [{"kind": "point", "at": [1.0, 0.6], "force": [1e12, 0, 1e12], "history": history}]
+    result = solve(scene(supports=CLAMP, loads=pull, analysis={"kind": "dynamic", "until": 0.1, "every": 0.01}), LEVEL)
+    assert result.status in FAILURES
+    assert 0.03 < result.times[-1] < 0.06
+    assert len(result.times) == len(result.displacement) == len(result.energies["strain"])
+
+
+def test_estimate_matches_the_solve():
+    case = falling(supports=CLAMP)
+    told = estimate(case, LEVEL)
+    assert told["unknowns"] == solve(case, LEVEL).unknowns
+    assert told["elements"] == 12
+    assert told["memory_mb"] > 0
+    assert any("groove g" in line for line in told["modelled"])
+    assert any("protrusions" in line for line in told["left_out"])
+
+
+def test_package_needs_numpy_and_scipy_only():
+    """Everything but run.py, in a fresh interpreter: nothing else of weight is loaded."""
+    code = (
+        "import sys, ancf, ancf.system, ancf.integrate, ancf.outline, ancf.supports, ancf.functional;"
+        "heavy = {'pydantic', 'numba', 'gmsh', 'vtk', 'pyvista', 'matplotlib', 'skfem', 'pypardiso', 'compare'};"
+        "sys.exit(str(heavy & set(sys.modules)) if heavy & set(sys.modules) else 0)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -124,7 +124,7 @@ def surface_derivatives(surface: Surface, u: ArrayLike, v: ArrayLike) -> Surface
     at = np.stack(np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float)), axis=-1)
     orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
     (a, w), (a_u, w_u), (a_v, w_v), (a_uu, w_uu), (a_uv, w_uv), (a_vv, w_vv) = (
-        _split(_nd_derivative(surface, at, order)) for order in orders
+        _split(surface.homogeneous(at, nu=order)) for order in orders
     )
     s = a / w
     s_u = (a_u - w_u * s) / w
@@ -161,7 +161,6 @@ def invert(curve: Curve, values: ArrayLike, component: int = 0) -> np.ndarray:
     at_breaks = np.maximum.accumulate(curve_derivatives(curve, breaks)[0][:, component])
     span = np.clip(np.searchsorted(at_breaks, y, side="right") - 1, 0, len(breaks) - 2)
     low, high = breaks[span], breaks[span + 1]
-    y = np.clip(y, at_breaks[0], at_breaks[-1])
     u, last = (low + high) / 2, high - low
     for _ in range(ITERATIONS):
         c, c_u, _ = curve_derivatives(curve, u)
@@ -196,9 +195,3 @@ def _homogeneous(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 def _split(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[..., :-1], values[..., -1:]
-
-
-def _nd_derivative(surface: Surface, at: np.ndarray, order: tuple[int, int]) -> np.ndarray:
-    if any(o > degree for o, degree in zip(order, surface.degree, strict=True)):
-        return np.zeros((*at.shape[:-1], surface.control_points.shape[-1] + 1))
-    return surface.homogeneous(at, nu=order)

@@ -134,7 +134,7 @@ def _times(scene: Scene) -> Iterator[str]:
 
 def _is_multiple(value: float, unit: float) -> bool:
     ratio = value / unit
-    return round(ratio) >= 1 and abs(ratio - round(ratio)) <= WHOLE * ratio
+    return abs(ratio - round(ratio)) <= WHOLE * ratio
 
 
 def _levels(scene: Scene) -> Iterator[tuple[str, Level]]:

@@ -47,6 +47,14 @@ SURFACES = {
     "torus": revolved([(3, -1), (4, -1), (4, 0)], [1, W, 1]),
 }
 
+# no symmetry, so that no term of a derivative drops out
+UNEVEN = Surface(
+    (2, 1),
+    (QUARTER, LINE),
+    [[(0, 0, 0), (0, 1, 0.2)], [(1, 0, 0.5), (1.2, 1, 0)], [(2, 0.1, 0), (2, 1.3, 1)]],
+    [[1, 2], [1.5, 1], [0.7, 1.2]],
+)
+
 
 def closed_form_normal(name, s):
     """Outward unit normal at the points s, from the surface's equation in closed form."""
@@ -95,6 +103,17 @@ def test_curvature_of_an_arc():
     _, c_u, c_uu = curve_derivatives(arc(2.0), U)
     cross = c_u[:, 0] * c_uu[:, 1] - c_u[:, 1] * c_uu[:, 0]
     assert np.abs(cross / np.linalg.norm(c_u, axis=-1) ** 3 - 0.5).max() < EXACT
+
+
+def test_curve_derivatives_equal_differences():
+    """Central differences of step 1e-5 of a cubic with uneven weights: truncation stays below 1e-8."""
+    points = [(0, 0, 1), (1, 2, 0), (3, -1, 1), (4, 0, 0), (5, 2, 2)]
+    curve, step = Curve(3, [0, 0, 0, 0, 0.4, 1, 1, 1, 1], points, [1, 2, 0.5, 1, 3]), 1e-5
+    u = np.array([0.1, 0.2, 0.3, 0.5, 0.7, 0.9])
+    _, c_u, c_uu = curve_derivatives(curve, u)
+    plus, minus = curve_derivatives(curve, u + step), curve_derivatives(curve, u - step)
+    assert np.abs((plus[0] - minus[0]) / (2 * step) - c_u).max() < 1e-7
+    assert np.abs((plus[1] - minus[1]) / (2 * step) - c_uu).max() < 1e-6
 
 
 def test_straight_line_has_no_second_derivative():
@@ -152,10 +171,10 @@ def test_curvatures_equal_their_closed_form(name):
     assert np.abs(np.abs(mean) - np.abs(k1 + k2) / 2).max() < 1e3 * EXACT
 
 
-@pytest.mark.parametrize("name", SURFACES)
-def test_derivatives_equal_differences(name):
+@pytest.mark.parametrize("surface", [*SURFACES.values(), UNEVEN], ids=[*SURFACES, "uneven"])
+def test_derivatives_equal_differences(surface):
     """Central differences of step 1e-5: truncation and round-off both stay below 1e-8 here."""
-    surface, (u, v), step = SURFACES[name], (0.1 + 0.8 * RANDOM).T, 1e-5
+    (u, v), step = (0.1 + 0.8 * RANDOM).T, 1e-5
     values = surface_derivatives(surface, u, v)
     plus_u, minus_u = surface_derivatives(surface, u + step, v), surface_derivatives(surface, u - step, v)
     plus_v, minus_v = surface_derivatives(surface, u, v + step), surface_derivatives(surface, u, v - step)
@@ -202,6 +221,16 @@ def test_inversion_across_a_step():
     u = invert(step, [0.5, 0.999999, 1.0, 1.000001, 2.0])
     assert np.abs(u[[0, 1, 3, 4]] - [0.5, 0.999999, 2.0000005, 2.5]).max() < EXACT
     assert 1 <= u[2] <= 2
+
+
+def test_inversion_where_newton_alone_would_be_thrown_far_off():
+    """y(u) = (1 - (1 - u)^19 + u^19) / 2 leaves 1/2 only near the ends: in the middle its slope is 7e-5."""
+    y = [0.0, *[0.5] * 18, 1.0]
+    curve = Curve(19, [0] * 20 + [1] * 20, np.column_stack([y, y]))
+    values = np.array([0.01, 0.1, 0.4, 0.6, 0.9, 0.99])
+    power = np.abs(1 - 2 * values) ** (1 / 19)
+    exact = np.where(values < 0.5, 1 - power, power)  # the other end's power is below round-off
+    assert np.abs(invert(curve, values) - exact).max() < 1e-10
 
 
 def test_inversion_keeps_the_shape():

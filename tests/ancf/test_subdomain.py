@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ancf.nurbs import Curve
-from ancf.quadrature import gauss, onto_cell, tensor
+from ancf.quadrature import NO_PROMISE, gauss, onto_cell, tensor
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, division, element_rule, signature, thickness_range
 
 T = 0.05
@@ -236,6 +236,22 @@ def test_round_off_makes_no_slivers():
     assert len(y) == 5
 
 
+def test_a_line_that_is_not_round_off_is_kept():
+    cell = (0.0, 1.0), (0.25, 0.5)
+    for nudge, lines in ((1e-9, 3), (1e-11, 3), (1e-14, 2)):
+        assert len(division(cell, [groove(0.25 + nudge, 0.6)])[1]) == lines
+        assert len(division(cell, [groove(0.1, 0.5 - nudge)])[1]) == lines
+
+
+def test_a_stepped_section_equals_two_rectangular_ones():
+    """The wall between the floors is a stretch of the curve without width: it takes no points."""
+    curved = [Band(BOTTOM, GROOVE, 0, (0.2, 0.3), stepped(0.2, 0.3))]
+    plain = [groove(0.2, 0.25, 0.01), groove(0.25, 0.3, 0.03)]
+    for cell in cells(3):
+        rule, twin = element_rule(cell, curved, T, POINTS), element_rule(cell, plain, T, POINTS)
+        assert np.abs(rule.points - twin.points).max() < EXACT and np.abs(rule.weights - twin.weights).max() < EXACT
+
+
 def test_division_finds_edges_ends_and_knots():
     bands = [groove(0.2, 0.3, extent=(0.1, 2.0)), Band(TOP, GROOVE, 1, (0.4, 0.6), rounded(0.4, 0.6))]
     x, y = division(UNIT, bands)
@@ -288,6 +304,7 @@ def test_global_rule_follows_the_mapping():
     """Plain twin: one point after the other, z between what the mapping gives there."""
     bands = LAYOUTS["rounded"]
     rule = element_rule(UNIT, bands, T, POINTS, "global")
+    assert rule.degree == NO_PROMISE
     expected = []
     plane = onto_cell(tensor(gauss(3), gauss(3)), UNIT)
     for (x, y), w in zip(plane.points, plane.weights, strict=True):

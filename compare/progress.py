@@ -62,17 +62,46 @@ def duration(seconds: float) -> str:
 
 
 def _drawn(progress: Progress, console: Console) -> RenderableType:
+    """Finished rows that fit the terminal, a bar per running unit, and the time left."""
     from rich.console import Group
     from rich.progress_bar import ProgressBar
     from rich.table import Table
     from rich.text import Text
 
     fresh = [entry for entry in progress.finished if entry.fresh]
-    room = max(3, console.height - len(progress.running) - 4)
-    done = Group(*(Text(line(entry), style="" if entry.ok else "red") for entry in fresh[-room:]))
+    room = max(3, console.height - len(progress.running) - 6)
     bars = Table.grid(padding=(0, 2))
     for label, fraction in progress.running:
         bars.add_row(label, ProgressBar(total=1, completed=fraction, width=24), f"{100 * fraction:3.0f} %")
     reused = len(progress.finished) - len(fresh)
     left = "" if progress.seconds_left is None else f", about {duration(progress.seconds_left)} left"
-    return Group(done, bars, Text(f"{len(progress.finished)} of {progress.total} done, {reused} reused{left}"))
+    summary = Text(f"{len(progress.finished)} of {progress.total} done, {reused} reused{left}")
+    return Group(_finished(fresh[-room:]), bars, summary)
+
+
+def _finished(entries: list[Entry]) -> RenderableType:
+    """A table of finished entries, each against the printed value where there is one."""
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    from compare.study import level_name
+    from compare.table import height, paper_value, percent, rule, shown
+
+    drawn = Table(box=SIMPLE, pad_edge=False, header_style="bold")
+    for heading in ("scene", "variant", "solver", "mesh", "points", "height m", "paper %", "s", "status"):
+        drawn.add_column(heading, justify="right" if heading in ("height m", "paper %", "s") else "left", no_wrap=True)
+    for entry in entries:
+        paper = paper_value(entry)
+        drawn.add_row(
+            entry.scene.name,
+            entry.variant or "",
+            entry.solver,
+            level_name(entry.level),
+            rule(entry.level) or "",
+            shown("value", height(entry)),
+            shown("error_paper_percent", percent(height(entry), paper and paper.value)),
+            shown("wall_seconds", entry.wall_seconds),
+            entry.status,
+            style=None if entry.ok else "red",
+        )
+    return drawn

@@ -8,9 +8,24 @@ from pathlib import Path
 import numpy as np
 
 from compare.result import Result
+from compare.scene import load
+
+FAKE = {"ancf": "fake_solver", "reference": "fake_solver"}
+
+
+def small(meshes=(2,), sizes=(), **changes):
+    """The cantilever with few levels and no sensitivity."""
+    stated = {
+        "ancf": {"time_step": 0.02, "levels": [{"mesh": [n, n], "budget": "quick"} for n in meshes]},
+        "reference": {"time_step": 0.02, "levels": [{"size": h, "budget": "quick"} for h in sizes]} if sizes else None,
+        "sensitivity": None,
+    }
+    return load("cantilever").override(stated | changes)
 
 
 def estimate(scene, level):
+    if os.environ.get("FAKE_SOLVER") == "no estimate":
+        raise ValueError("asked to raise")
     return {"unknowns": _unknowns(level), "elements": 1, "memory_mb": 1.0, "modelled": ["all"], "left_out": ["none"]}
 
 

@@ -11,23 +11,12 @@ from pathlib import Path
 
 import fake_solver
 import pytest
+from fake_solver import FAKE, small
 
 from compare import study
 from compare.result import load as load_result
 from compare.result import save
-from compare.scene import SceneError, load
-
-FAKE = {"ancf": "fake_solver", "reference": "fake_solver"}
-
-
-def small(meshes=(2,), sizes=(), **changes):
-    """The cantilever with few levels and no sensitivity."""
-    stated = {
-        "ancf": {"time_step": 0.02, "levels": [{"mesh": [n, n], "budget": "quick"} for n in meshes]},
-        "reference": {"time_step": 0.02, "levels": [{"size": h, "budget": "quick"} for h in sizes]} if sizes else None,
-        "sensitivity": None,
-    }
-    return load("cantilever").override(stated | changes)
+from compare.scene import SceneError
 
 
 def test_entries_come_in_ladder_order_with_values_time_and_memory(tmp_path):
@@ -195,7 +184,7 @@ def test_what_a_solver_prints_does_not_disturb(tmp_path, monkeypatch):
 def test_an_interrupt_keeps_finished_results_and_ends_the_workers(tmp_path):
     script = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from pathlib import Path; from compare import study; from test_study import small, FAKE\n"
+        "from pathlib import Path; from compare import study; from fake_solver import FAKE, small\n"
         "study.run([small((2, 3))], FAKE, 'quick', Path(sys.argv[2]), jobs=1,\n"
         "    report=lambda p: print(len(p.finished), p.running, flush=True))\n"
     )
@@ -222,3 +211,22 @@ def test_a_killed_save_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disc full"):
         save(made, path)
     assert load_result(path).unknowns == made.unknowns
+
+
+def test_units_that_would_not_fit_into_memory_run_one_at_a_time(tmp_path, monkeypatch):
+    most = []
+
+    def watch(progress):
+        most.append(len(progress.running))
+
+    study.run([small((2, 3))], FAKE, "quick", tmp_path / "wide", report=watch)
+    assert max(most) == 2
+    most.clear()
+    monkeypatch.setattr(study.pool, "_physical_mb", lambda: 1.5)  # two units of 1 MB exceed the share of it
+    study.run([small((2, 3))], FAKE, "quick", tmp_path / "narrow", report=watch)
+    assert max(most) == 1
+
+
+def test_a_solver_that_cannot_estimate_still_solves(tmp_path, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", "no estimate")
+    assert all(entry.ok for entry in study.run([small((2, 3))], FAKE, "quick", tmp_path))

@@ -35,6 +35,8 @@ class Pardiso:
     called apart through the function pointer that it loads.
     """
 
+    _analysed = False
+
     def __init__(self, indptr: np.ndarray, indices: np.ndarray):
         from pypardiso.pardiso_wrapper import PyPardisoSolver
 

@@ -106,13 +106,14 @@ def _entries(connectivity: np.ndarray, unknown_of: np.ndarray) -> np.ndarray:
     vectors = len(unknown_of) // 3
     pair = pairs(connectivity.shape[1])
     one, other = connectivity[:, pair.first].astype(np.int64), connectivity[:, pair.second]
-    both = np.unique(np.minimum(one, other) * vectors + np.maximum(one, other))
+    both = np.sort(np.minimum(one, other) * vectors + np.maximum(one, other), axis=None)
+    both = both[np.diff(both, prepend=-1) > 0]
     first, second = both // vectors, both % vectors
     u = unknown_of.reshape(-1, 3)
     blocks = np.broadcast_arrays(u[first][:, :, None], u[second][:, None, :])
     column, row = (block.ravel().astype(np.int64) for block in blocks)
     keep = (column >= 0) & (row >= column)
-    return np.unique(column[keep] * n + row[keep])
+    return np.sort(column[keep] * n + row[keep])
 
 
 def _target(connectivity: np.ndarray, unknown_of: np.ndarray, keys: np.ndarray, n: int) -> Target:

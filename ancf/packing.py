@@ -19,6 +19,7 @@ class Pairs:
     """Pairs (i <= k) of n functions: first and second index (m,), and the pair of each (i, k) (n, n).
 
     weight (m,): 1/2 where i = k, else 1. crossed: number of pairs with i < k, which come first.
+    moving (m1,): the pairs without function 0; moving_crossed: number of those with i < k, again first.
     """
 
     first: np.ndarray
@@ -26,6 +27,8 @@ class Pairs:
     of: np.ndarray
     weight: np.ndarray
     crossed: int
+    moving: np.ndarray
+    moving_crossed: int
 
 
 @lru_cache(maxsize=8)
@@ -35,7 +38,9 @@ def pairs(n: int) -> Pairs:
     first, second = (np.concatenate([index, np.arange(n)]) for index in off)
     of = np.empty((n, n), dtype=np.intp)
     of[first, second] = of[second, first] = np.arange(len(first))
-    return Pairs(first, second, of, np.where(first == second, 0.5, 1.0), len(off[0]))
+    crossed, moving = len(off[0]), np.flatnonzero(first)
+    weight = np.where(first == second, 0.5, 1.0)
+    return Pairs(first, second, of, weight, crossed, moving, int((moving < crossed).sum()))
 
 
 def element_order(form_of: np.ndarray) -> np.ndarray:

@@ -18,8 +18,9 @@ D, P and A are symmetric in (i, j), so 136 pairs of 16 functions suffice. The ta
 matrices Q_ja Q_nb (j, n) to matrices (i, k) and commutes with transposition, so it splits into a
 symmetric part on 136 pairs and an antisymmetric part on 120.
 
-Positions are measured from the element's first node: A does not see a translation, and small
-numbers lose no digits.
+Positions are measured from the element's first node: A does not see a translation, and small numbers
+lose no digits. Function 0, the first node's position, then drops out of D: 120 and 105 pairs go in,
+all 136 and 120 come out.
 """
 
 from __future__ import annotations
@@ -38,10 +39,11 @@ VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 @dataclass(frozen=True, eq=False)
 class QuadraticForm:
-    """Tensors of one element shape; rows and columns are pairs, all applied from the right.
+    """Tensors of one element shape, applied from the right: rows are pairs without function 0, columns all pairs.
 
-    D0 (m,): Gram matrix of the reference shape. stress (m, m): P = (D - D0) stress. symmetric (m, m)
-    and antisymmetric (m', m'): the two parts of the tangent, m' = pairs with i < k.
+    D0 (120,): Gram matrix of the reference shape. stress (120, 136): P = (D - D0) stress. symmetric
+    (120, 136) and antisymmetric (105, 120): the two parts of the tangent. The counts are those of 16
+    functions.
     """
 
     D0: np.ndarray
@@ -55,7 +57,7 @@ def quadratic_form(
 ) -> QuadraticForm:
     """Integrate A over one undeformed element with reference nodal vectors (i, 3).
 
-    positions: which of them are positions (their functions sum to one).
+    positions: which of them are positions (their functions sum to one); 0 is one of them.
     """
     n = parts.G.shape[1]
     pair = pairs(n)
@@ -63,13 +65,14 @@ def quadratic_form(
     full = A[pair.of[:, :, None, None], pair.of].transpose(0, 2, 1, 3)
     straight = full[pair.first, pair.second][:, pair.first, pair.second]
     swapped = full[pair.first, pair.second][:, pair.second, pair.first]
-    off = slice(pair.crossed)
+    rows, odd_rows = pair.moving, pair.moving[: pair.moving_crossed]
+    weight = pair.weight[rows, None]
     Q = from_first_node(vectors[None], positions)[0]
     return QuadraticForm(
-        D0=np.einsum("ma,ma->m", Q[pair.first], Q[pair.second]),
-        stress=pair.weight[:, None] * A,
-        symmetric=pair.weight[:, None] * (straight + swapped) / 2,
-        antisymmetric=np.ascontiguousarray((straight - swapped)[off, off] / 2),
+        D0=np.einsum("ma,ma->m", Q[pair.first[rows]], Q[pair.second[rows]]),
+        stress=weight * A[rows],
+        symmetric=weight * (straight + swapped)[rows] / 2,
+        antisymmetric=(straight - swapped)[odd_rows, : pair.crossed] / 2,
     )
 
 
@@ -100,14 +103,10 @@ class Run:
     forms: slice
 
     def apply(self, vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray) -> None:
-        """out (e, ..., m) = vectors (e, ..., m) times the tensors (g, m, m) of this run."""
+        """out (e, ..., n) = vectors (e, ..., m) times the tensors (g, m, n) of this run."""
         x, y, tensor = vectors[self.e], out[self.e], tensors[self.forms]
-        m = tensor.shape[-1]
-        if len(tensor) == 1:
-            np.matmul(x.reshape(-1, m), tensor[0], out=y.reshape(-1, m))
-        else:
-            shape = (len(tensor), -1, m)
-            np.matmul(x.reshape(shape), tensor, out=y.reshape(shape))
+        g, m, n = tensor.shape
+        np.matmul(x.reshape(g, -1, m), tensor, out=y.reshape(g, -1, n))
 
 
 def _runs(form_of: np.ndarray) -> list[Run]:
@@ -130,7 +129,7 @@ def _runs(form_of: np.ndarray) -> list[Run]:
 class QuadraticElements:
     """Elements evaluated through their quadratic forms, in portions that fit the cache.
 
-    D0 (g, m), stress (g, m, m), symmetric (g, m, m), antisymmetric (g, m', m') of each distinct form;
+    D0, stress, symmetric, antisymmetric: those of each distinct QuadraticForm, stacked (g, ...);
     form_of (e,): the form of each element, in the order of `element_order`. positions: as in
     `quadratic_form`. The work arrays are reused from call to call: an instance is not for two threads.
     """
@@ -145,11 +144,11 @@ class QuadraticElements:
 
     def energy(self, Q: np.ndarray) -> float:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
-        weight = pairs(self.functions).weight
+        pair = pairs(self.functions)
         total = 0.0
         for chunk, runs, work in self._portions:
             _, strain, P = self._stress(Q[chunk], runs, work)
-            total += 0.5 * float(np.einsum("em,em,m->", strain, P, weight))
+            total += 0.5 * float(np.einsum("em,em,m->", strain, P[:, pair.moving], pair.weight[pair.moving]))
         return total
 
     def force(self, Q: np.ndarray) -> np.ndarray:
@@ -170,13 +169,14 @@ class QuadraticElements:
             yield work["packed"]
 
     def _stress(self, Q, runs, work):
-        """Q from the first node, D - D0 (e, m) and P (e, m) of one portion."""
+        """Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
         n, pair = self.functions, pairs(self.functions)
+        places = (pair.first * n + pair.second)[pair.moving]
         np.copyto(work["Q"], Q)
         Q = work["Q"]
         Q[:, self.positions] -= Q[:, self.positions[:1]]
         np.matmul(Q, Q.swapaxes(1, 2), out=work["gram"])
-        D = work["gram"].reshape(-1, n * n).take(pair.first * n + pair.second, axis=1, out=work["D"], mode="clip")
+        D = work["gram"].reshape(-1, n * n).take(places, axis=1, out=work["D"], mode="clip")
         D -= work["D0"]
         for run in runs:
             run.apply(D, self.stress, work["P"])
@@ -185,17 +185,17 @@ class QuadraticElements:
     def _tangent(self, Q, P, runs, work):
         """Fill the packed tangents of one portion."""
         pair = pairs(self.functions)
-        c = pair.crossed
+        c, moving_c = pair.crossed, pair.moving_crossed
         rows = np.ascontiguousarray(Q.swapaxes(1, 2))
-        left = rows.take(pair.first, axis=2, out=work["left"], mode="clip")
-        right = rows.take(pair.second, axis=2, out=work["right"], mode="clip")
+        left = rows.take(pair.first[pair.moving], axis=2, out=work["left"], mode="clip")
+        right = rows.take(pair.second[pair.moving], axis=2, out=work["right"], mode="clip")
         even, odd, swapped = work["even"], work["odd"], work["D"]
         np.multiply(left, right, out=even[:, :3])
         even[:, :3] *= 2.0
         for k, (a, b) in enumerate(DIRECTIONS[3:]):
             np.multiply(left[:, a], right[:, b], out=even[:, 3 + k])
             np.multiply(right[:, a], left[:, b], out=swapped)
-            np.subtract(even[:, 3 + k, :c], swapped[:, :c], out=odd[:, k])
+            np.subtract(even[:, 3 + k, :moving_c], swapped[:, :moving_c], out=odd[:, k])
             even[:, 3 + k] += swapped
         upper, lower, odd_part = work["upper"], work["lower"], work["odd part"]
         for run in runs:
@@ -219,10 +219,10 @@ class QuadraticElements:
 
 def _work(e: int, n: int) -> dict[str, np.ndarray]:
     """Work arrays of a portion of e elements."""
-    m, c = len(pairs(n).first), pairs(n).crossed
+    m, c, moving, moving_c = len(pairs(n).first), pairs(n).crossed, len(pairs(n).moving), pairs(n).moving_crossed
     packed = np.empty(e * (6 * m + 3 * c))
-    shapes = {"Q": (n, 3), "gram": (n, n), "D": (m,), "P": (m,), "left": (3, m), "right": (3, m)}
-    shapes |= {"even": (6, m), "odd": (3, c), "odd part": (3, c)}
+    shapes = {"Q": (n, 3), "gram": (n, n), "D": (moving,), "P": (m,), "left": (3, moving), "right": (3, moving)}
+    shapes |= {"even": (6, moving), "odd": (3, moving_c), "odd part": (3, c)}
     work = {name: np.empty((e, *shape)) for name, shape in shapes.items()}
     upper, lower = packed[: e * 6 * m].reshape(e, 6, m), packed[e * 6 * m :].reshape(e, 3, c)
     return work | {"packed": packed, "upper": upper, "lower": lower}

@@ -17,7 +17,7 @@ from ancf.packing import CHUNK, element_order
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
-FORM_BYTES = 8 * (2 * 136**2 + 120**2)
+FORM_BYTES = 8 * (2 * 120 * 136 + 105 * 120)
 ELEMENT_BYTES = 20_000
 MOST_FORM_BYTES = 1_500_000_000
 ROUND_OFF = 1e-13

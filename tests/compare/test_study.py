@@ -1,12 +1,11 @@
 """Studies with a fake solver: order, reuse, failures, what invalidates a result."""
 
-import itertools
 import os
 import shutil
 import signal
 import subprocess
 import sys
-import time
+from itertools import pairwise
 from pathlib import Path
 
 import fake_solver
@@ -19,32 +18,85 @@ from compare.result import save
 from compare.scene import SceneError
 
 
-def test_entries_come_in_ladder_order_with_values_time_and_memory(tmp_path):
-    entries = study.run([small((2, 3), (0.4,))], FAKE, "quick", tmp_path)
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A study of three units in one process at a time: (scene, folder, entries, states that were reported)."""
+    scene, folder, states = small((2, 3), (0.4,)), tmp_path_factory.mktemp("results"), []
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("OMP_NUM_THREADS", "7")
+        patch.setenv("FAKE_SOLVER", "print 0.5")
+        entries = study.run([scene], FAKE, "quick", folder, jobs=1, report=states.append)
+    return scene, folder, entries, states
+
+
+def test_entries_come_in_ladder_order_with_time_and_memory(ran):
+    _, folder, entries, _ = ran
     assert [study.level_name(entry.level) for entry in entries] == ["2x2", "3x3", "h=0.4"]
     for entry in entries:
         assert (entry.status, entry.fresh, entry.variant) == ("ok", True, None)
         assert entry.repeats == 3  # cheap
         assert 0 < entry.wall_seconds < 2
         assert 20 < entry.result.peak_mb < 1000
-        assert (tmp_path / f"{entry.key}.npz").exists()
-    assert len(list(tmp_path.iterdir())) == 3
+    assert {path.name for path in folder.iterdir()} == {f"{entry.key}.npz" for entry in entries}
 
 
-def test_a_second_run_reuses_everything_without_starting_a_process(tmp_path, monkeypatch):
-    first = study.run([small()], FAKE, "quick", tmp_path)
+def test_the_longest_unit_is_started_first(ran):
+    assert [study.level_name(entry.level) for entry in ran[3][-1].finished] == ["3x3", "h=0.4", "2x2"]
+
+
+def test_workers_have_one_thread_each_whatever_the_environment_says(ran):
+    assert [entry.result.facts["threads"] for entry in ran[2]] == [1, 1, 1]
+
+
+def test_progress_counts_to_the_end(ran):
+    states = ran[3]
+    assert len(states[0].finished) == 0
+    assert len(states[-1].finished) == states[-1].total == 3
+    assert states[-1].running == ()
+    assert all(len(a.finished) <= len(b.finished) for a, b in pairwise(states))
+    assert {fraction for state in states for _, fraction in state.running} <= {0, 0.5}
+    assert all(state.seconds_left is None or 0 <= state.seconds_left < 60 for state in states)
+
+
+def test_a_second_run_reuses_everything_without_starting_a_process(ran, monkeypatch):
+    scene, folder, first, _ = ran
     monkeypatch.setattr(subprocess, "Popen", lambda *_, **__: pytest.fail("a process was started"))
-    begin = time.perf_counter()
-    second = study.run([small()], FAKE, "quick", tmp_path)
-    assert time.perf_counter() - begin < 1
+    second = study.run([scene], FAKE, "quick", folder)
     assert not any(entry.fresh for entry in second)
-    assert [entry.wall_seconds for entry in second] == [entry.wall_seconds for entry in first]
-    assert [entry.repeats for entry in second] == [3]
+    for name in ("wall_seconds", "repeats", "status", "key"):
+        assert [getattr(entry, name) for entry in second] == [getattr(entry, name) for entry in first]
 
 
-def test_reuse_can_be_declined(tmp_path):
-    study.run([small()], FAKE, "quick", tmp_path)
-    assert all(entry.fresh for entry in study.run([small()], FAKE, "quick", tmp_path, reuse=False))
+def test_reuse_can_be_declined(ran):
+    _, folder, _, _ = ran
+    assert study.run([small()], FAKE, "quick", folder, reuse=False)[0].fresh
+
+
+def test_crashes_are_entries_and_the_others_finish(tmp_path, monkeypatch):
+    """Without an estimate, too: the environment asks the solver to refuse it."""
+    monkeypatch.setenv("FAKE_SOLVER", "no estimate;raise 0.5;kill 0.25;exit 0.2")
+    most = []
+    meshes = (2, 4, 5, 1)
+    entries = study.run([small(meshes)], FAKE, "quick", tmp_path, report=lambda state: most.append(len(state.running)))
+    assert [entry.status for entry in entries] == [
+        "crashed: ValueError: asked to raise",
+        "crashed: killed by SIGKILL",
+        "crashed: exit status 3",
+        "ok",
+    ]
+    assert "Traceback" in entries[0].message
+    assert "fake_solver.py" in entries[0].message
+    assert (entries[1].result, entries[1].wall_seconds, entries[1].repeats) == (None, None, 0)
+    assert max(most) == 2
+    # nothing of a crash is kept, so that the next run tries again
+    assert [path.stem for path in tmp_path.iterdir()] == [entries[3].key]
+
+
+def test_units_that_would_not_fit_into_memory_run_one_at_a_time(tmp_path, monkeypatch):
+    most = []
+    monkeypatch.setattr(study.pool, "_physical_mb", lambda: 1.5)  # two units of 1 MB exceed the share of it
+    study.run([small((2, 3))], FAKE, "quick", tmp_path, report=lambda state: most.append(len(state.running)))
+    assert max(most) == 1
 
 
 def test_titles_and_budgets_do_not_invalidate_but_physics_and_levels_do():
@@ -90,30 +142,6 @@ def test_a_damaged_result_is_computed_again(tmp_path):
     assert [entry.fresh for entry in study.run([small()], FAKE, "quick", tmp_path)] == [True]
 
 
-CRASHES = {
-    "raise 0.5": "crashed: ValueError: asked to raise",
-    "kill 0.5": "crashed: killed by SIGKILL",
-    "exit 0.5": "crashed: exit status 3",
-}
-
-
-@pytest.mark.parametrize("order", CRASHES)
-def test_a_crash_is_an_entry_and_the_others_finish(tmp_path, monkeypatch, order):
-    monkeypatch.setenv("FAKE_SOLVER", order)
-    entries = study.run([small((2, 3))], FAKE, "quick", tmp_path)
-    assert [entry.status for entry in entries] == [CRASHES[order], "ok"]
-    assert (entries[0].result, entries[0].wall_seconds) == (None, None)
-    monkeypatch.delenv("FAKE_SOLVER")
-    assert [entry.fresh for entry in study.run([small((2, 3))], FAKE, "quick", tmp_path)] == [True, False]
-
-
-def test_the_trace_of_an_exception_is_kept(tmp_path, monkeypatch):
-    monkeypatch.setenv("FAKE_SOLVER", "raise 0.5")
-    entry = study.run([small()], FAKE, "quick", tmp_path)[0]
-    assert "Traceback" in entry.message
-    assert "fake_solver.py" in entry.message
-
-
 def test_a_solver_that_reports_failure_is_kept_with_its_status(tmp_path, monkeypatch):
     monkeypatch.setenv("FAKE_SOLVER", "fail 0.5")
     for fresh in (True, False):
@@ -154,33 +182,6 @@ def test_a_wrong_variant_is_refused_before_anything_runs(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_progress_counts_to_the_end_and_expects_no_time_at_the_end(tmp_path):
-    seen = []
-    study.run([small((2, 3))], FAKE, "quick", tmp_path, report=seen.append)
-    assert len(seen[0].finished) == 0
-    assert len(seen[-1].finished) == seen[-1].total == 2
-    assert seen[-1].running == ()
-    assert all(len(a.finished) <= len(b.finished) for a, b in itertools.pairwise(seen))
-    assert all(0 <= fraction <= 1 for state in seen for _, fraction in state.running)
-
-
-def test_the_longest_unit_is_started_first(tmp_path):
-    seen = []
-    study.run([small((2, 3), (0.4,))], FAKE, "quick", tmp_path, jobs=1, report=seen.append)
-    assert [study.level_name(entry.level) for entry in seen[-1].finished] == ["3x3", "h=0.4", "2x2"]
-
-
-def test_workers_have_one_thread_each(tmp_path, monkeypatch):
-    monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    entry = study.run([small()], FAKE, "quick", tmp_path)[0]
-    assert entry.result.facts["threads"] == 1
-
-
-def test_what_a_solver_prints_does_not_disturb(tmp_path, monkeypatch):
-    monkeypatch.setenv("FAKE_SOLVER", "print 0.5")
-    assert study.run([small()], FAKE, "quick", tmp_path)[0].ok
-
-
 def test_an_interrupt_keeps_finished_results_and_ends_the_workers(tmp_path):
     script = (
         "import sys; sys.path.insert(0, sys.argv[1])\n"
@@ -211,22 +212,3 @@ def test_a_killed_save_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disc full"):
         save(made, path)
     assert load_result(path).unknowns == made.unknowns
-
-
-def test_units_that_would_not_fit_into_memory_run_one_at_a_time(tmp_path, monkeypatch):
-    most = []
-
-    def watch(progress):
-        most.append(len(progress.running))
-
-    study.run([small((2, 3))], FAKE, "quick", tmp_path / "wide", report=watch)
-    assert max(most) == 2
-    most.clear()
-    monkeypatch.setattr(study.pool, "_physical_mb", lambda: 1.5)  # two units of 1 MB exceed the share of it
-    study.run([small((2, 3))], FAKE, "quick", tmp_path / "narrow", report=watch)
-    assert max(most) == 1
-
-
-def test_a_solver_that_cannot_estimate_still_solves(tmp_path, monkeypatch):
-    monkeypatch.setenv("FAKE_SOLVER", "no estimate")
-    assert all(entry.ok for entry in study.run([small((2, 3))], FAKE, "quick", tmp_path))

@@ -145,6 +145,7 @@ def _feature_edges(outline: Outline, points: np.ndarray):
     import pyvista
 
     surface = pyvista.PolyData.from_regular_faces(points, outline.triangles).clean(tolerance=1e-9)
+    surface = surface.compute_normals(consistent_normals=True, split_vertices=False)
     return surface.extract_feature_edges(30.0, non_manifold_edges=False)
 
 
@@ -181,6 +182,7 @@ def _shoot(plotter, job: Job, scale: tuple[float, float, str] | None = None) -> 
 
     image = Image.fromarray(plotter.screenshot(return_img=True, transparent_background=True))
     plotter.close()
+    image = image.crop((2, 2, image.width - 2, image.height - 2))  # the outermost rows may carry stray samples
     image = image.crop(image.getchannel("A").getbbox() or (0, 0, *image.size))
     if scale is None:
         image = image.quantize(200, method=Image.Quantize.FASTOCTREE)

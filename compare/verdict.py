@@ -12,7 +12,7 @@ class Figure:
 
     value and bar in `unit`; met: None where the value was not run or nothing is asked of it.
     against: what the value is judged by ("published: Table 5 ...", "cross-code: ..."). note: what a
-    reader must know to use it. form: how the page prints it.
+    reader must know to use it. form: how the page prints it. asked: what is asked, where that is no bar.
     """
 
     name: str
@@ -24,6 +24,12 @@ class Figure:
     against: str
     note: str = ""
     form: str = ".3g"
+    asked: str = ""
+
+    @property
+    def judged(self) -> bool:
+        """Whether anything is asked of the figure."""
+        return self.bar is not None or bool(self.asked)
 
     @property
     def margin(self) -> float | None:

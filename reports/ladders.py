@@ -119,11 +119,16 @@ def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 
 
 def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:
-    """The value (m) that plotted errors are measured from, and what it is: the best that the study has."""
+    """The value (m) that plotted errors are measured from, and what it is: the best that there is.
+
+    First the reference's Richardson value, then the printed converged value, then finest levels.
+    """
     best = sorted(found, key=lambda ladder: ladder.solver != "reference")
-    for ladder in best:
-        if ladder.convergence.extrapolated is not None:
-            return ladder.convergence.extrapolated, f"the Richardson value of the {ladder.label} ladder"
+    if best and best[0].solver == "reference" and best[0].convergence.extrapolated is not None:
+        return best[0].convergence.extrapolated, "the Richardson value of the reference"
+    stated = best[0].scene.published if best else None
+    if stated and stated.converged:
+        return stated.converged.value, f"the printed value ({stated.converged.cell})"
     for ladder in best:
         if ladder.finest:
             return height(ladder.finest), f"the finest {ladder.label} level"

@@ -50,6 +50,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
     }
     failed = sum(not entry.ok for entry in entries)
     words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
+    pictures = sections.start(sections.picture_section, entries, [scene.name])
     parts = [
         Section("verdict", "Verdict", [Text([words]), sections.information(judged)]),
         sections.scene_section(scenes(entries)),
@@ -58,7 +59,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         *sections.plot_sections(entries),
         sections.sensitivity_section(content["sensitivity"]),
         sections.table_section(entries, rows),
-        sections.picture_section(entries, [scene.name]),
+        pictures.result(),
         Section("limits", "What agreement does not prove", [Bullets(LIMITS)], "Not proven"),
         sections.provenance_section(entries, commands(scene), about),
     ]

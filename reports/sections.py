@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -43,9 +44,8 @@ COLUMNS = (
 
 def scene_section(stated: Sequence[Scene]) -> Section:
     """Sketch, source and assumptions of the scenes."""
-    drawn = [
-        (sketch(scene), f"{scene.title}. Shaded: grooves, dashed edge on the bottom face.") for scene in stated[:2]
-    ]
+    distinct = {(scene.grooves, scene.loads): scene.name for scene in reversed(stated)}
+    drawn = [(sketch(scene), scene.title) for scene in stated if scene.name in distinct.values()][:3]
     said = list(dict.fromkeys(words for scene in stated for words in scene.assumed))
     blocks = [Plots(drawn), Text(["Read or assumed where the source is silent:"] if said else [])]
     return Section("scene", "The question", [*blocks, Bullets(said), Facts(_facts(stated[0]))], "Question")
@@ -155,8 +155,8 @@ def _error_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str)
             errors = _errors(ladder, target)
             shown = [(h, e) for h, e in zip(ladder.h, errors, strict=True) if e > 0]
             slopes = pairwise_orders([h for h, _ in shown], [e for _, e in shown]) if len(shown) > 1 else []
-            label = f"{ladder.label}, slope {slopes[-1]:.2f}" if slopes else ladder.label
-            lines.append(plots.Series(label, ladder.role, [h for h, _ in shown], [e for _, e in shown]))
+            slope = f", slope {slopes[-1]:.2f}".replace("-", "\u2212") if slopes else ""
+            lines.append(plots.Series(ladder.label + slope, ladder.role, [h for h, _ in shown], [e for _, e in shown]))
     caption = f"{scene.title}. Difference from {what}; slope: observed between the two finest levels shown."
     drawn = plots.log_plot(
         f"errors-{scene.name}", f"Error: {scene.title}", caption, lines, "element size h (m)", "|difference| (%)"
@@ -207,13 +207,13 @@ def opinions_section(found: Sequence[dict[str, Any]]) -> Section | None:
     columns = (
         Column("scene", "scene"),
         Column("kind", "kind"),
-        Column("source", "source", "wrap"),
-        Column("cell", "cell or model", "wrap"),
+        Column("cell", "cell or model"),
         Column("value", "height", ".5f", "m"),
         Column("reference_percent", "reference against it", "+.3f", "%"),
         Column("ancf_percent", "ANCF against it", "+.3f", "%"),
     )
     notes = ["Each solver at its finest level of this run; negative: it bends less."]
+    notes += dict.fromkeys(f"{line['kind']}: {line['source']}." for line in found)
     table = Table("Heights by other codes for the same question", columns, found, notes)
     return Section("opinions", "Third opinions", [table])
 
@@ -281,6 +281,14 @@ def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
     return Section(
         "convergence", "Where the ladders tend", [Table("Limits of the ladders", columns, found, notes)], "Limits"
     )
+
+
+def start(work: Callable[..., Section], *arguments: Any) -> Future[Section]:
+    """Begin a section whose work another process does; its result is asked for later."""
+    pool = ThreadPoolExecutor(1)
+    begun = pool.submit(work, *arguments)
+    pool.shutdown(wait=False)
+    return begun
 
 
 def picture_section(entries: Sequence[Entry], chosen: Sequence[str]) -> Section:

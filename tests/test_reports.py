@@ -1,0 +1,67 @@
+"""Every exhibit, run coarsely from the solvers to the page."""
+
+import json
+import re
+
+import pytest
+
+from compare import study, table
+from compare.scene import load
+from reports import cantilever, scene
+
+SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
+COARSE = {
+    "ancf.levels": [
+        {"mesh": [2, 2], "points": [3, 3, 2], "time_step": 0.01},
+        {"mesh": [3, 3], "points": [3, 3, 2], "time_step": 0.01},
+    ],
+    "reference.levels": [{"size": 0.3, "time_step": 0.02}],
+    "sensitivity": None,
+}
+
+
+@pytest.fixture(scope="module")
+def solved(tmp_path_factory):
+    """Entries of the grooved and the plain plate on the coarsest meshes."""
+    scenes = [load(name).override(COARSE) for name in ("cantilever", "cantilever_plain")]
+    return scenes, study.run(scenes, SOLVERS, "standard", tmp_path_factory.mktemp("results"), 2)
+
+
+def publish(module, stated, entries, folder):
+    """The page's text and its JSON."""
+    path = module.publish(stated, entries, table.rows(entries), folder)
+    return path.read_text(encoding="utf-8"), json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def published(solved, tmp_path_factory):
+    """The cantilever's page and JSON."""
+    scenes, entries = solved
+    assert [entry.status for entry in entries] == ["ok"] * len(entries)
+    return publish(cantilever, scenes[0], entries, tmp_path_factory.mktemp("page"))
+
+
+def test_the_cantilever_says_what_the_solvers_found(published):
+    """Printed rows 2 and 3 without grooves to 2e-4 m (they are rounded to 1e-4 m), with grooves to 1 %."""
+    page, content = published
+    figures = content["figures"]
+    assert figures["table5_plain_max_difference"]["met"] and figures["table5_grooved_max_percent"]["met"]
+    assert figures["reference_plain_error_percent"]["value"] is None  # one level has no band of its own
+    assert 1.05 < figures["softening_ratio_reference"]["value"] < 1.2  # printed: 1.129
+    for row in content["rows"]:
+        assert f'<data value="{json.dumps(row["value"])}">' in page
+
+
+def test_solved_surfaces_are_drawn(published):
+    """Both solvers hand over a surface; the page has six pictures of them or says why not."""
+    page = published[0]
+    assert len(re.findall("<img src=", page)) == 6 or "Pictures missing." in page
+
+
+def test_any_scene_is_published(solved, tmp_path):
+    """The generic page of the plain plate."""
+    scenes, entries = solved
+    alone = [entry for entry in entries if entry.scene.name == "cantilever_plain"]
+    page, content = publish(scene, scenes[1], alone, tmp_path)
+    assert "Cantilever plate without grooves" in page
+    assert len(content["rows"]) == 3 and len(content["convergence"]) == 2

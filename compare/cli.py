@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 OUT = Path("reports/build")
-OK, REFUSED, WRONG = 0, 1, 2
+OK, REFUSED, WRONG, INTERRUPTED = 0, 1, 2, 130
 
 DESCRIPTION = """\
 How far a fast plate model can be trusted: plates with grooves by the absolute nodal
@@ -40,9 +40,10 @@ examples:
   groovecheck accept cantilever --reason "exact rule for row 5"
 
 exit codes:
-  0  done
-  1  the gate refused, or a unit of the study failed (its row carries the reason)
-  2  wrong scene or wrong usage; nothing was computed"""
+  0    done
+  1    the gate refused, or a unit of the study failed (its row carries the reason)
+  2    wrong scene or wrong usage; nothing was computed
+  130  interrupted; finished results are kept and reused"""
 
 
 class UsageError(ValueError):
@@ -57,7 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return options.command(options)
     except KeyboardInterrupt:
         print("interrupted; finished results are kept and will be reused", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()
         return REFUSED

@@ -8,6 +8,7 @@ Whatever a solver prints goes to standard error instead.
 
 from __future__ import annotations
 
+import faulthandler
 import importlib
 import json
 import os
@@ -43,6 +44,7 @@ def main() -> int:
     """Do the task on standard input; exit status 0 done, 1 an exception was reported."""
     lines = os.fdopen(os.dup(1), "w", buffering=1, encoding="utf-8")
     os.dup2(2, 1)
+    faulthandler.enable()  # a crash in compiled code leaves its Python lines in the message
     task = pickle.load(sys.stdin.buffer)
     try:
         module = importlib.import_module(task.solver)
@@ -69,7 +71,7 @@ def solve(module: Any, task: Task, lines: IO[str]) -> None:
     (scene, level), seconds = task.questions[0], []
     while True:
         begin = time.perf_counter()
-        result = module.solve(scene, level, progress=_reporter(lines))
+        result = module.solve(scene, level, progress=None if seconds else _reporter(lines))
         seconds.append(time.perf_counter() - begin)
         if sum(seconds) >= CHEAP or len(seconds) == REPEATS:
             break

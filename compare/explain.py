@@ -30,8 +30,8 @@ def _solver(scene: Scene, solver: str, levels: tuple, module: object) -> list[st
 
     estimates = [module.estimate(scene, level) for level in levels]
     lines = [f"{solver}, budget of each level in brackets"]
-    lines += [f"  modelled: {text}" for text in estimates[0]["modelled"]]
-    lines += [f"  left out: {text}" for text in estimates[0]["left_out"]]
+    for key, shown in (("modelled", "modelled"), ("left_out", "left out")):
+        lines += [f"  {shown}: {text}" for text in dict.fromkeys(text for stated in estimates for text in stated[key])]
     for level, stated in zip(levels, estimates, strict=True):
         points = f", {rule(level)} points" if rule(level) else ""
         lines.append(

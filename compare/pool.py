@@ -168,18 +168,15 @@ def seconds_left(
     running: list[Job], waiting: list[Unit], costs: dict[str, float], rates: dict[str, list[float]], jobs: int
 ) -> float | None:
     """Expected seconds to the end; None until every solver at work has shown its pace."""
-    now, left, pace = time.monotonic(), 0.0, {}
+    now, pace = time.monotonic(), {solver: sum(seen) / len(seen) for solver, seen in rates.items()}
     for job in running:
         if job.fraction > 0:
-            expected = (now - job.began) / job.fraction
-            left += expected * (1 - job.fraction)
-            pace.setdefault(job.about.solver, expected / costs[job.about.key])
-        else:
-            waiting = [*waiting, job.about]
-    pace |= {solver: sum(seen) / len(seen) for solver, seen in rates.items()}
-    if any(unit.solver not in pace for unit in waiting):
+            pace.setdefault(job.about.solver, (now - job.began) / job.fraction / costs[job.about.key])
+    rest = [(unit, 1.0) for unit in waiting] + [(job.about, 1 - job.fraction) for job in running]
+    if any(unit.solver not in pace for unit, _ in rest):
         return None
-    return (left + sum(pace[unit.solver] * costs[unit.key] for unit in waiting)) / max(1, min(jobs, len(running)))
+    left = sum(part * pace[unit.solver] * costs[unit.key] for unit, part in rest)
+    return left / max(1, min(jobs, len(running)))
 
 
 def _cost(unit: Unit, stated: dict[str, Any] | None) -> float:

@@ -132,6 +132,8 @@ def test_accept_asks_on_a_terminal(plate, monkeypatch):
 
 
 def test_companions_are_paths_beside_the_scene_or_shipped_names(plate, capsys):
+    (plate.parent / "folder").mkdir()
+    plate = plate.replace(plate.parent / "folder" / "plate.toml")
     other = plate.parent / "other.toml"
     other.write_text(plate.read_text().replace('"plate"', '"other"').replace("0.05", "0.04"))
     plate.write_text(SCENE.format(companions='"other.toml"'))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import fake_solver
 import pytest
@@ -212,3 +213,13 @@ def test_a_killed_save_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disc full"):
         save(made, path)
     assert load_result(path).unknowns == made.unknowns
+
+
+def test_time_left_is_the_rest_at_the_pace_of_each_solver():
+    units = study.plan([small((2, 3, 4), (0.4,))], FAKE, "quick")
+    costs = {unit.key: cost for unit, cost in zip(units, (1.0, 2.0, 3.0, 10.0), strict=True)}
+    running = [SimpleNamespace(about=units[1], fraction=0.5, began=0.0)]
+    # ancf has shown 4 s per cost: half of 2 and all of 3 are left, then 10 at the 1 s of the reference
+    paces = {"ancf": [3.0, 5.0], "reference": [1.0]}
+    assert study.pool.seconds_left(running, units[2:], costs, paces, jobs=2) == pytest.approx(4 + 12 + 10)
+    assert study.pool.seconds_left(running, units[2:], costs, {"ancf": [4.0]}, jobs=2) is None

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.packing import packing, pairs
+from ancf.packing import SPAN, packing, pairs
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +38,7 @@ class Pattern:
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """Where a portion's packed tangents go: `slots` within the range `values` of the pattern's values.
+    """Where a span's packed tangents go: `slots` within the range `values` of the pattern's values.
 
     Entries of held components go to the slot `count`, which is dropped.
     """
@@ -73,19 +73,16 @@ class Assembly:
         ]
         return np.stack(components, axis=1).ravel()
 
-    def matrix(self, portions) -> np.ndarray:
-        """Values (nnz,) of the sum of packed element tangents, portion by portion."""
+    def matrix(self, spans) -> np.ndarray:
+        """Values (nnz,) of the sum of packed element tangents, span by span."""
         data = np.zeros(len(self.pattern.indices))
-        for packed, target in zip(portions, self.targets, strict=True):
+        for packed, target in zip(spans, self.targets, strict=True):
             data[target.values] += np.bincount(target.slots, packed, target.count + 1)[: target.count]
         return data
 
 
-def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray, portion: int) -> Assembly:
-    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed.
-
-    portion: number of elements whose packed tangents come together.
-    """
+def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray) -> Assembly:
+    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed."""
     free = np.flatnonzero(~held)
     unknown_of = np.full(3 * vectors, -1)
     unknown_of[free] = np.arange(len(free))
@@ -95,8 +92,8 @@ def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray, portion: 
         np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * n).astype(np.int32),
         (keys % max(n, 1)).astype(np.int32),
     )
-    starts = range(0, len(connectivity), portion)
-    targets = tuple(_target(connectivity[start : start + portion], unknown_of, keys, n) for start in starts)
+    starts = range(0, len(connectivity), SPAN)
+    targets = tuple(_target(connectivity[start : start + SPAN], unknown_of, keys, n) for start in starts)
     return Assembly(connectivity, unknown_of, free, pattern, targets)
 
 
@@ -117,7 +114,7 @@ def _entries(connectivity: np.ndarray, unknown_of: np.ndarray) -> np.ndarray:
 
 
 def _target(connectivity: np.ndarray, unknown_of: np.ndarray, keys: np.ndarray, n: int) -> Target:
-    """Target of one portion."""
+    """Target of one span."""
     e, i = connectivity.shape
     rows, columns, second = packing(i)
     u = unknown_of.reshape(-1, 3)[connectivity].reshape(e, 3 * i)

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancf.material import SaintVenantKirchhoff
-from ancf.packing import CHUNK, packing
+from ancf.packing import SPAN, packing
 from ancf.quadrature import Rule
 from ancf.shape import Conforming
 
@@ -92,10 +92,10 @@ class PointElements:
         return np.concatenate([self._stiffening(q, G, volume) @ q for q, G, volume in self._runs(Q, self.parts)])
 
     def tangent(self, Q: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield the packed tangents portion by portion; see `packing`."""
+        """Yield the packed tangents span by span; see `packing`."""
         rows, columns, second = packing(Q.shape[1])
-        for start in range(0, len(Q), CHUNK):
-            part = slice(start, start + CHUNK)
+        for start in range(0, len(Q), SPAN):
+            part = slice(start, start + SPAN)
             K = np.concatenate([self._tangent(q, G, volume) for q, G, volume in self._runs(Q[part], self.parts[part])])
             entries = K.reshape(len(K), 3 * Q.shape[1], -1)[:, rows, columns]
             yield np.concatenate([entries[:, :second].ravel(), entries[:, second:].ravel()])

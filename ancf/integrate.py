@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ancf.linear_solver import LinearSolver, Solve
-from ancf.newton import OK, Balance, correct
-from ancf.system import System
+from ancf.newton import OK, TOLERANCE, Balance, correct
+from ancf.system import EPSILON, System
 
 SMALLEST_CUT = 2.0**-6
 
@@ -77,6 +77,7 @@ def step(
     inertial = (1 - alpha_m) / (beta * dt**2)
     drift = state.q + dt * state.v + dt**2 * (0.5 - beta) * state.a
     force = state.force
+    floor = system.force_floor(state.q) + EPSILON * inertial * system.body.total_mass * np.abs(state.q).max()
 
     def acceleration(q: np.ndarray) -> np.ndarray:
         return (q - drift) / (beta * dt**2)
@@ -87,7 +88,7 @@ def step(
         force = internal - external
         inertia = system.inertia((1 - alpha_m) * acceleration(q) + alpha_m * state.a)
         residual = -(inertia + (1 - alpha_f) * force + alpha_f * state.force)
-        return Balance(residual, max(system.norm(x) for x in (external, internal, inertia)))
+        return Balance(residual, max(floor, *(TOLERANCE * system.norm(x) for x in (external, internal, inertia))))
 
     def jacobian(q: np.ndarray) -> np.ndarray:
         return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q)

@@ -45,6 +45,12 @@ class Mesh:
         """Reference nodal vectors by element (e, i, 3)."""
         return self.vectors[self.connectivity]
 
+    @cached_property
+    def edge_lengths(self) -> np.ndarray:
+        """Lengths (e, 4) in m of the straight lines between the corners of each element."""
+        corners = self.element_vectors[:, self.shape.positions]
+        return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+
     def orientation(self, vectors: np.ndarray) -> np.ndarray:
         """det (r_x, r_y, r_z) at each node for nodal vectors (v, 3)."""
         r_x, r_y, r_z = (vectors[self.kinds == kind] for kind in ("r_x", "r_y", "r_z"))

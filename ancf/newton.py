@@ -2,7 +2,7 @@
 
 A residual has converged when its size in newtons (gradients divided by their lengths, see `System`)
 is at most TOLERANCE times the largest of the forces that balance in it, or round-off of the internal
-force of the undeformed plate.
+force of the undeformed plate and of the inertia.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ INVERTED = "inverted_element"
 
 
 class Balance(NamedTuple):
-    """Residual (u,) of an equilibrium, and the size (N) of the largest force in it."""
+    """Residual (u,) of an equilibrium, and the size (N) below which it counts as none."""
 
     residual: np.ndarray
-    scale: float
+    tolerance: float
 
 
 class Correction(NamedTuple):
@@ -62,14 +62,14 @@ def correct(
     """
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
-    residual, scale = balance(q)
+    residual, tolerance = balance(q)
     norm = system.norm(residual)
     factor = factor if reuse else None
 
     def ended(status: str) -> Correction:
         return Correction(q, status, iterations, factorisations, factor)
 
-    while not norm <= max(TOLERANCE * scale, system.body.force_floor):
+    while not norm <= tolerance:
         if not np.isfinite(norm):
             return ended(NOT_FINITE)
         if iterations == (OLD_LIMIT if reuse else FULL_LIMIT):
@@ -82,7 +82,7 @@ def correct(
             factorisations += 1
         q[free] += factor(residual)
         iterations += 1
-        residual, scale = balance(q)
+        residual, tolerance = balance(q)
         last, norm = norm, system.norm(residual)
         if not reuse or not norm <= REFRESH * last:
             factor = None
@@ -129,6 +129,7 @@ def _statics(system: System, t: float) -> Callable[[np.ndarray], Balance]:
 
     def balance(q: np.ndarray) -> Balance:
         internal = system.force_internal(q)
-        return Balance(external - internal, max(size, system.norm(internal)))
+        tolerance = max(TOLERANCE * max(size, system.norm(internal)), system.force_floor(q))
+        return Balance(external - internal, tolerance)
 
     return balance

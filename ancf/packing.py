@@ -1,4 +1,7 @@
-"""How element tangents are stored: each distinct entry once, portion by portion of the mesh.
+"""How element tangents are stored: each distinct entry once, for a span of the mesh at a time.
+
+Elements are computed in portions that fit the cache and summed in spans that touch neighbouring
+unknowns; within a span they are sorted by form, so that few products serve a portion.
 
 Pairs i < k of functions come first, then the pairs i = k.
 """
@@ -10,7 +13,8 @@ from functools import lru_cache
 
 import numpy as np
 
-CHUNK = 64
+PORTION = 64
+SPAN = 1024
 DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -44,15 +48,15 @@ def pairs(n: int) -> Pairs:
 
 
 def element_order(form_of: np.ndarray) -> np.ndarray:
-    """Permutation (e,) that puts equal forms side by side within each portion of CHUNK elements."""
-    return np.lexsort((form_of, np.arange(len(form_of)) // CHUNK))
+    """Permutation (e,) that puts equal forms side by side within each span of SPAN elements."""
+    return np.lexsort((form_of, np.arange(len(form_of)) // SPAN))
 
 
 def packing(n: int) -> tuple[np.ndarray, np.ndarray, int]:
     """Row and column (3 i + a) of each entry of a packed tangent of n functions, and where its second part begins.
 
     A tangent is symmetric: its distinct entries are the blocks (a, b) of DIRECTIONS for all pairs
-    (i <= k), and for a < b also the entries (k, i) of the pairs i < k. A portion of elements stores
+    (i <= k), and for a < b also the entries (k, i) of the pairs i < k. A span of elements stores
     the first part of all of them, then the second part of all of them.
     """
     pair = pairs(n)

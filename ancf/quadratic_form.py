@@ -25,6 +25,7 @@ all 136 and 120 come out.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -32,7 +33,7 @@ import numpy as np
 
 from ancf.element import Integrand
 from ancf.material import SaintVenantKirchhoff
-from ancf.packing import CHUNK, DIRECTIONS, Pairs, pairs
+from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
@@ -126,6 +127,22 @@ def _runs(form_of: np.ndarray) -> list[Run]:
 
 
 @dataclass(frozen=True, eq=False)
+class Portion:
+    """Elements `e` that are computed together: their runs, D0 (e, 120) and work arrays.
+
+    packed: tangents of the whole span; upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
+    """
+
+    e: slice
+    runs: list[Run]
+    D0: np.ndarray
+    work: dict[str, np.ndarray]
+    packed: np.ndarray
+    upper: np.ndarray
+    lower: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class QuadraticElements:
     """Elements evaluated through their quadratic forms, in portions that fit the cache.
 
@@ -146,47 +163,48 @@ class QuadraticElements:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
         pair = pairs(self.functions)
         total = 0.0
-        for chunk, runs, work in self._portions:
-            _, strain, P = self._stress(Q[chunk], runs, work)
-            total += 0.5 * float(np.einsum("em,em,m->", strain, P[:, pair.moving], pair.weight[pair.moving]))
+        for portion in self._portions:
+            self._stress(Q, portion)
+            strain, P = portion.work["D"], portion.work["P"][:, pair.moving]
+            total += 0.5 * float(np.einsum("em,em,m->", strain, P, pair.weight[pair.moving]))
         return total
 
     def force(self, Q: np.ndarray) -> np.ndarray:
         """Internal force (e, i, 3) in N for positions and N m for gradients."""
-        n, pair = self.functions, pairs(self.functions)
+        n, of = self.functions, pairs(self.functions).of.ravel()
         force = np.empty_like(Q)
-        for chunk, runs, work in self._portions:
-            _, _, P = self._stress(Q[chunk], runs, work)
-            full = P.take(pair.of.ravel(), axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
-            np.matmul(full.reshape(-1, n, n), work["Q"], out=force[chunk])
+        for portion in self._portions:
+            self._stress(Q, portion)
+            work = portion.work
+            P = work["P"].take(of, axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
+            np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
         return force
 
-    def tangent(self, Q: np.ndarray):
-        """Yield the packed tangents portion by portion; see `packing`. The array is reused."""
-        for chunk, runs, work in self._portions:
-            Q_c, _, P = self._stress(Q[chunk], runs, work)
-            self._tangent(Q_c, P, runs, work)
-            yield work["packed"]
+    def tangent(self, Q: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield the packed tangents span by span; see `packing`. The array is reused."""
+        for portion in self._portions:
+            self._stress(Q, portion)
+            self._tangent(portion)
+            if portion.e.stop % SPAN == 0 or portion.e.stop == len(Q):
+                yield portion.packed
 
-    def _stress(self, Q, runs, work):
-        """Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
-        n, pair = self.functions, pairs(self.functions)
-        places = (pair.first * n + pair.second)[pair.moving]
-        np.copyto(work["Q"], Q)
-        Q = work["Q"]
-        Q[:, self.positions] -= Q[:, self.positions[:1]]
-        np.matmul(Q, Q.swapaxes(1, 2), out=work["gram"])
-        D = work["gram"].reshape(-1, n * n).take(places, axis=1, out=work["D"], mode="clip")
-        D -= work["D0"]
-        for run in runs:
+    def _stress(self, Q: np.ndarray, portion: Portion) -> None:
+        """Fill Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
+        n, pair, work = self.functions, pairs(self.functions), portion.work
+        own, D, gram = work["Q"], work["D"], work["gram"]
+        np.copyto(own, Q[portion.e])
+        own[:, self.positions] -= own[:, self.positions[:1]]
+        np.matmul(own, own.swapaxes(1, 2), out=gram)
+        gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
+        D -= portion.D0
+        for run in portion.runs:
             run.apply(D, self.stress, work["P"])
-        return Q, D, work["P"]
 
-    def _tangent(self, Q, P, runs, work):
-        """Fill the packed tangents of one portion."""
-        pair = pairs(self.functions)
+    def _tangent(self, portion: Portion) -> None:
+        """Fill the packed tangents of one portion from its Q and P; D is overwritten."""
+        pair, work = pairs(self.functions), portion.work
         c, moving_c = pair.crossed, pair.moving_crossed
-        rows = np.ascontiguousarray(Q.swapaxes(1, 2))
+        rows = np.ascontiguousarray(work["Q"].swapaxes(1, 2))
         left = rows.take(pair.first[pair.moving], axis=2, out=work["left"], mode="clip")
         right = rows.take(pair.second[pair.moving], axis=2, out=work["right"], mode="clip")
         even, odd, swapped = work["even"], work["odd"], work["D"]
@@ -197,32 +215,39 @@ class QuadraticElements:
             np.multiply(right[:, a], left[:, b], out=swapped)
             np.subtract(even[:, 3 + k, :moving_c], swapped[:, :moving_c], out=odd[:, k])
             even[:, 3 + k] += swapped
-        upper, lower, odd_part = work["upper"], work["lower"], work["odd part"]
-        for run in runs:
+        upper, lower, odd_part = portion.upper, portion.lower, work["odd part"]
+        for run in portion.runs:
             run.apply(even, self.symmetric, upper)
             run.apply(odd, self.antisymmetric, odd_part)
-        upper[:, :3] += P[:, None]
+        upper[:, :3] += work["P"][:, None]
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
 
     @cached_property
-    def _portions(self) -> list[tuple[slice, list[Run], dict[str, np.ndarray]]]:
-        """(elements, runs, work arrays) of each portion; portions of equal size share work arrays but D0."""
-        shared: dict[int, dict[str, np.ndarray]] = {}
+    def _portions(self) -> list[Portion]:
+        """Portions in order; those of equal size share their work arrays, spans of equal size their packed ones."""
+        m, c = len(pairs(self.functions).first), pairs(self.functions).crossed
+        count = len(self.form_of)
+        work = {e: _work(e, self.functions) for e in {min(PORTION, count), count % PORTION} if e}
+        packed = {e: np.empty(e * (6 * m + 3 * c)) for e in {min(SPAN, count), count % SPAN} if e}
         portions = []
-        for start in range(0, len(self.form_of), CHUNK):
-            forms = self.form_of[start : start + CHUNK]
-            work = shared.setdefault(len(forms), _work(len(forms), self.functions))
-            portions.append((slice(start, start + len(forms)), _runs(forms), work | {"D0": self.D0[forms]}))
+        for start in range(0, count, PORTION):
+            forms = self.form_of[start : start + PORTION]
+            first = start - start % SPAN
+            span = packed[min(SPAN, count - first)]
+            size = len(span) // (6 * m + 3 * c)
+            own = slice(start - first, start - first + len(forms))
+            upper = span[: size * 6 * m].reshape(size, 6, m)[own]
+            lower = span[size * 6 * m :].reshape(size, 3, c)[own]
+            e = slice(start, start + len(forms))
+            portions.append(Portion(e, _runs(forms), self.D0[forms], work[len(forms)], span, upper, lower))
         return portions
 
 
 def _work(e: int, n: int) -> dict[str, np.ndarray]:
     """Work arrays of a portion of e elements."""
-    m, c, moving, moving_c = len(pairs(n).first), pairs(n).crossed, len(pairs(n).moving), pairs(n).moving_crossed
-    packed = np.empty(e * (6 * m + 3 * c))
+    pair = pairs(n)
+    m, c, moving, moving_c = len(pair.first), pair.crossed, len(pair.moving), pair.moving_crossed
     shapes = {"Q": (n, 3), "gram": (n, n), "D": (moving,), "P": (m,), "left": (3, moving), "right": (3, moving)}
     shapes |= {"even": (6, moving), "odd": (3, moving_c), "odd part": (3, c)}
-    work = {name: np.empty((e, *shape)) for name, shape in shapes.items()}
-    upper, lower = packed[: e * 6 * m].reshape(e, 6, m), packed[e * 6 * m :].reshape(e, 3, c)
-    return work | {"packed": packed, "upper": upper, "lower": lower}
+    return {name: np.empty((e, *shape)) for name, shape in shapes.items()}

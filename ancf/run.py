@@ -83,7 +83,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         solver=SOLVER,
         version=VERSION,
         level=level.model_dump(mode="json"),
-        h=_edge_length(model.mesh),
+        h=float(model.mesh.edge_lengths.max()),
         unknowns=model.system.unknowns,
         times=np.array(history.times),
         probes=tuple(probe.name for probe in scene.probes),
@@ -99,7 +99,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         newton_iterations=history.iterations,
         facts={
             "volume": model.body.volume,
-            "mass": float(model.body.mass_row[model.mesh.kinds == "r"].sum()),
+            "mass": model.body.total_mass,
             "elements": len(model.mesh.connectivity),
             "distinct_elements": model.body.shapes,
             "factorisations": history.factorisations,
@@ -257,18 +257,12 @@ def _initial_velocity(scene: Scene, model: Model) -> np.ndarray:
     mesh, v = model.mesh, np.zeros((len(model.mesh.vectors), 3))
     if scene.initial is not None:
         is_position = (mesh.kinds == "r")[:, None]
-        centre = model.body.mass_row @ mesh.vectors / model.body.mass_row[mesh.kinds == "r"].sum()
+        centre = model.body.mass_row @ mesh.vectors / model.body.total_mass
         arms = mesh.vectors - is_position * centre
         v = np.cross(scene.initial.angular_velocity, arms) + is_position * np.array(scene.initial.velocity)
     v = v.ravel()
     v[model.system.assembly.unknown_of < 0] = 0.0
     return v
-
-
-def _edge_length(mesh: Mesh) -> float:
-    """Longest element edge (m), measured along the straight lines between its corners."""
-    corners = mesh.element_vectors[:, mesh.shape.positions]
-    return float(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max())
 
 
 def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:

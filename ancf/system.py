@@ -13,14 +13,14 @@ from ancf.element import Integrand, PointElements, integrand, mass
 from ancf.loads import Load
 from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
-from ancf.packing import CHUNK, element_order
+from ancf.packing import element_order
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
 FORM_BYTES = 8 * (2 * 120 * 136 + 105 * 120)
 ELEMENT_BYTES = 20_000
 MOST_FORM_BYTES = 1_500_000_000
-ROUND_OFF = 1e-13
+EPSILON = np.finfo(float).eps
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,7 @@ class Body:
 
     elements: force and tangent. connectivity (e, i) in the order of the elements. mass (v, v): scalar
     mass matrix in kg, which acts on each space component alike. mass_row (v,): integral of rho S.
-    volume in m3 and the number of distinct element shapes. force_floor (N): round-off of the
-    internal force at rest.
+    volume in m3 and the number of distinct element shapes. round_off (N/m): see `System.force_floor`.
     """
 
     mesh: Mesh
@@ -40,7 +39,12 @@ class Body:
     mass_row: np.ndarray
     volume: float
     shapes: int
-    force_floor: float
+    round_off: float
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the kept material in kg."""
+        return float(self.mass_row[self.mesh.kinds == "r"].sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +89,13 @@ class System:
         """M a (u,) of accelerations (3 v,)."""
         return (self.body.mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
 
+    def force_floor(self, q: np.ndarray) -> float:
+        """Round-off (N) of the internal force: positions are stored to a part EPSILON of their size.
+
+        Measured on plates and strips of 4 to 256 elements, 0.07 to 0.2 of this is what Newton ends at.
+        """
+        return self.body.round_off * float(np.abs(q.reshape(-1, 3)[self.body.mesh.kinds == "r"]).max())
+
     def is_inverted(self, q: np.ndarray) -> bool:
         """Whether r_x, r_y, r_z have lost their orientation at a node: the solution is then no deformation."""
         return bool(np.any(self.body.mesh.orientation(q.reshape(-1, 3)) <= 0))
@@ -112,18 +123,13 @@ def body(
 ) -> Body:
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
-    pointwise: keep the points instead of the tensors; so are meshes
-    of very many distinct elements. Raises ValueError where a groove leaves no material or a reference
-    shape folds.
+    pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
+    Raises ValueError where a groove leaves no material or a reference shape folds.
     """
     vectors = mesh.element_vectors
     form_of, first = distinct(mesh, bands)
-    parts = [
-        integrand(
-            mesh.shape, element_rule(mesh.cells[e], bands, thickness, points, integration), mesh.cells[e], vectors[e]
-        )
-        for e in first
-    ]
+    rules = [element_rule(mesh.cells[e], bands, thickness, points, integration) for e in first]
+    parts = [integrand(mesh.shape, rule, mesh.cells[e], vectors[e]) for e, rule in zip(first, rules, strict=True)]
     pointwise = pointwise or len(parts) * FORM_BYTES > MOST_FORM_BYTES
     order = element_order(form_of)
     form_of, connectivity = form_of[order], mesh.connectivity[order]
@@ -132,20 +138,11 @@ def body(
     else:
         elements = _pre_integrated(parts, material, vectors[first], form_of, mesh)
     scalar = _mass_matrix(parts, form_of, connectivity, len(mesh.vectors), density)
-    volumes = np.array([part.volume.sum() for part in parts])
-    is_position = (mesh.kinds == "r").astype(float)
-    stiffness = material.lame + 2 * material.shear
-    area = float(volumes[form_of].sum()) ** (2 / 3)
-    return Body(
-        mesh,
-        elements,
-        connectivity,
-        scalar,
-        scalar @ is_position,
-        float(volumes[form_of].sum()),
-        len(parts),
-        ROUND_OFF * stiffness * area,
-    )
+    volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
+    row = scalar @ (mesh.kinds == "r").astype(float)
+    modulus = material.lame + 2 * material.shear
+    round_off = EPSILON * modulus * volume ** (2 / 3) / mesh.edge_lengths.min()
+    return Body(mesh, elements, connectivity, scalar, row, volume, len(parts), round_off)
 
 
 def distinct(mesh: Mesh, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
@@ -188,7 +185,7 @@ def expected_memory(mesh: Mesh, unknowns: int, shapes: int) -> float:
 
 def system(plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float) -> System:
     """The body with held components (3 v,) and loads."""
-    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held, CHUNK)
+    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held)
     mesh = plate.mesh
     sides = {
         "r": 1.0,

@@ -1,14 +1,16 @@
 """Truths of the elements: plain and grooved, flat and curved, pre-integrated and point by point."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.spatial.transform import Rotation
 
 from ancf.assembly import assembly
 from ancf.element import PointElements, integrand
-from ancf.packing import CHUNK, packing
+from ancf.packing import PORTION, SPAN, packing
 from ancf.quadrature import gauss, onto_cell, tensor
 from ancf.subdomain import BOTTOM, GROOVE, Band
 from ancf.system import system
@@ -163,26 +165,41 @@ def test_folded_reference_shape_is_refused(make_body):
         integrand(mesh.shape, rule, mesh.cells[0], mesh.element_vectors[0] * [1, 1, -1])
 
 
-def test_portions_of_many_elements_sum_like_one(make_body, deformed):
-    """More elements than one portion holds, some shapes shared and some not: the sparse sum equals a dense one."""
-    lines = (np.r_[np.linspace(0, 1, 10), 1.15, 1.3], np.linspace(0, 0.6, 8))
-    plate = make_body(lines=lines, bands=(Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),))
-    assert len(plate.connectivity) > CHUNK
-    twin = make_body(lines=lines, bands=(Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), pointwise=True)
+def test_spans_and_portions_of_many_elements_sum_like_one(make_body, deformed):
+    """More elements than a span holds, some shapes shared and some not, against a plain sum of every entry."""
+    lines = (np.r_[np.linspace(0, 1, 33), 1.04, 1.1], np.linspace(0, 0.6, 32))
+    options = {"lines": lines, "bands": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), "points": (3, 3, 2)}
+    plate, twin = make_body(**options), make_body(**options, pointwise=True)
+    assert len(plate.connectivity) > SPAN > PORTION
     q = deformed(plate)
+    at = (3 * twin.connectivity[:, :, None] + np.arange(3)).reshape(-1, 48)
+    rows, columns, values = [], [], []
+    for start, K in zip(range(0, len(at), 100), batched_tangents(twin, q, 100), strict=True):
+        own = at[start : start + 100]
+        rows.append(np.repeat(own, 48, axis=1).ravel())
+        columns.append(np.tile(own, (1, 48)).ravel())
+        values.append(K.ravel())
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    plain = sp.csc_matrix(entries, shape=(q.size, q.size))
+    acting = free_system(plate)
+    difference = acting.assembly.pattern.full(acting.tangent(q.ravel())) - plain
+    assert np.abs(difference.data).max() < 1e-12 * np.abs(plain.data).max()
+
+
+def batched_tangents(plate, q, size):
+    """Full tangents (e, 48, 48) of a point-by-point body, `size` elements at a time."""
     rows, columns, second = packing(16)
-    K = np.zeros((q.size, q.size))
-    for start, packed in zip(
-        range(0, len(twin.connectivity), CHUNK), twin.elements.tangent(q[twin.connectivity]), strict=True
-    ):
-        conn = twin.connectivity[start : start + CHUNK]
-        at = (3 * conn[:, :, None] + np.arange(3)).reshape(len(conn), 48)
-        split = len(conn) * second
-        for part, values in ((slice(second), packed[:split]), (slice(second, None), packed[split:])):
-            r, c, k = at[:, rows[part]].ravel(), at[:, columns[part]].ravel(), values.copy()
-            np.add.at(K, (r, c), k)
-            np.add.at(K, (c[r != c], r[r != c]), k[r != c])
-    np.testing.assert_allclose(dense_tangent(plate, q), K, atol=1e-12 * np.abs(K).max())
+    for start in range(0, len(plate.connectivity), size):
+        part = replace(plate.elements, parts=plate.elements.parts[start : start + size])
+        Q = q[plate.connectivity[start : start + size]]
+        (packed,) = part.tangent(Q)
+        K = np.empty((len(Q), 48, 48))
+        for own, values in (
+            (slice(second), packed[: len(Q) * second]),
+            (slice(second, None), packed[len(Q) * second :]),
+        ):
+            K[:, rows[own], columns[own]] = K[:, columns[own], rows[own]] = values.reshape(len(Q), -1)
+        yield K
 
 
 def test_held_components_leave_the_sum(make_body, deformed):
@@ -190,7 +207,7 @@ def test_held_components_leave_the_sum(make_body, deformed):
     plate = make_body("grooved")
     q = deformed(plate)
     held = np.random.default_rng(9).uniform(size=q.size) < 0.3
-    sums = assembly(plate.connectivity, len(q), held, CHUNK)
+    sums = assembly(plate.connectivity, len(q), held)
     Q = sums.gather(q.ravel())
     K = sums.pattern.full(sums.matrix(plate.elements.tangent(Q))).toarray()
     np.testing.assert_allclose(K, dense_tangent(plate, q)[np.ix_(~held, ~held)], atol=1e-9)

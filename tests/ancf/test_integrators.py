@@ -107,3 +107,12 @@ def test_coefficients_are_those_of_chung_and_hulbert(radius):
     assert gamma == pytest.approx(0.5 - alpha_m + alpha_f)
     assert beta >= 0.25 + (alpha_f - alpha_m) / 2 - 1e-15
     assert alpha_m <= alpha_f <= 0.5
+
+
+@pytest.mark.parametrize("dt", [1e-2, 1e-4, 1e-6])
+def test_newton_ends_at_round_off_for_any_step(make_body, dt):
+    """Inertia (q - drift) / dt^2 loses digits at short steps; the tolerance knows by how much."""
+    acting, v = spinning(make_body)
+    end = move(acting, SCHEMES["trapezoidal"], v.ravel(), 5 * dt, dt)
+    moved = end.q.reshape(-1, 3) - acting.body.mesh.vectors
+    np.testing.assert_allclose(moved, 5 * dt * v, atol=50 * (5 * dt) ** 2 + 1e-12)

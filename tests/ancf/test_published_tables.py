@@ -75,7 +75,7 @@ def rolled_up(elements, steps=40):
 
     def balance(q):
         internal = acting.force_internal(q)
-        return Balance(-internal, max(1e-3, acting.norm(internal)))
+        return Balance(-internal, max(acting.force_floor(q), 1e-9 * acting.norm(internal)))
 
     for angle in 2 * np.pi * np.arange(1, steps + 1) / steps:
         q[tip] = [-np.sin(angle), 0, np.cos(angle)]

@@ -120,8 +120,9 @@ def run(
 
 def plan(scenes: list[Scene], solvers: dict[str, str], budget: str) -> list[Unit]:
     """Units of the ladders and of the sensitivity variants that the budget pays for."""
+    prints = {solver: fingerprint(solver, module) for solver, module in solvers.items()}
     return [
-        Unit(scene, variant, solver, module, level, key(scene, solver, module, level))
+        Unit(scene, variant, solver, module, level, key(scene, solver, level, prints[solver]))
         for stated in scenes
         for solver, module in solvers.items()
         for scene, variant, level in _questions(stated, solver, budget)
@@ -142,13 +143,13 @@ def _questions(scene: Scene, solver: str, budget: str) -> Iterator[tuple[Scene, 
             yield scene.override(variant.set), variant.name, level
 
 
-def key(scene: Scene, solver: str, module: str, level: Level) -> str:
-    """Hash of everything that a result depends on; 24 hexadecimal digits."""
+def key(scene: Scene, solver: str, level: Level, fingerprint: str) -> str:
+    """Hash of everything that a result depends on; 24 hexadecimal digits. fingerprint: of the solver."""
     stated = {
         "physics": scene.physics(),
         "level": level.model_dump(mode="json", exclude={"budget"}),
         "solver": solver,
-        "fingerprint": fingerprint(solver, module),
+        "fingerprint": fingerprint,
     }
     return hashlib.sha256(json.dumps(stated, sort_keys=True).encode()).hexdigest()[:24]
 

@@ -114,7 +114,7 @@ def run(
     tell((), None)
     pending = [unit for key, unit in distinct.items() if key not in entries]
     for outcome in pool.solve(pending, folder, jobs, tell):
-        entries[outcome.unit.key] = _entry(outcome.unit, folder, outcome.status, outcome.message)
+        entries[outcome.unit.key] = _finished(outcome, folder)
     return [_as(unit, entries[unit.key]) for unit in units]
 
 
@@ -206,6 +206,14 @@ def _kept(unit: Unit, folder: Path) -> Entry | None:
         return _entry(unit, folder, None, "", fresh=False)
     except ResultError:
         return None
+
+
+def _finished(outcome: pool.Outcome, folder: Path) -> Entry:
+    """Entry of a unit whose worker ended; a result that cannot be read back is a crash too."""
+    try:
+        return _entry(outcome.unit, folder, outcome.status, outcome.message)
+    except ResultError as error:
+        return _entry(outcome.unit, folder, "crashed: no readable result", str(error))
 
 
 def _entry(unit: Unit, folder: Path, crash: str | None, message: str, fresh: bool = True) -> Entry:

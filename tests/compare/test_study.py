@@ -143,6 +143,13 @@ def test_a_damaged_result_is_computed_again(tmp_path):
     assert [entry.fresh for entry in study.run([small()], FAKE, "quick", tmp_path)] == [True]
 
 
+def test_a_result_that_cannot_be_read_back_is_a_crash(tmp_path):
+    unit = study.plan([small()], FAKE, "quick")[0]
+    entry = study._finished(study.pool.Outcome(unit, None), tmp_path)
+    assert (entry.status, entry.result) == ("crashed: no readable result", None)
+    assert unit.key in entry.message
+
+
 def test_a_solver_that_reports_failure_is_kept_with_its_status(tmp_path, monkeypatch):
     monkeypatch.setenv("FAKE_SOLVER", "fail 0.5")
     for fresh in (True, False):

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from compare.scene import Band, Interval, PatchLoad, PointLoad, PointProbe, Rectangle, Scene
+from compare.scene import Band, EdgeLoad, Interval, PatchLoad, PointLoad, PointProbe, Rectangle, Scene
 
 SIDE = 300.0  # longest side of the plan, in the drawing's units
 MARGIN = 46.0
-GAP = 44.0
+GAP = 48.0
 HEAD = (
     '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {w:.0f} {h:.0f}" role="img" class="sketch" '
     'aria-labelledby="sketch-{name}" font-size="12" fill="currentColor"><title id="sketch-{name}">{title}</title>'
@@ -54,6 +54,12 @@ class _Plan:
         up = (y - self.y[0]) / (self.y[1] - self.y[0])
         return MARGIN + right * self.width, MARGIN + (1 - up) * self.height
 
+    def edge(self, name: str) -> tuple[tuple[float, float], tuple[float, float]]:
+        """The two ends of an edge."""
+        if name[0] == "x":
+            return tuple(self.place(self.x[int(name[1])], y) for y in self.y)
+        return tuple(self.place(x, self.y[int(name[1])]) for x in self.x)
+
     def box(self, x: Interval, y: Interval, paint: str) -> Markup:
         left, top = self.place(x[0], y[1])
         right, bottom = self.place(x[1], y[0])
@@ -81,11 +87,8 @@ def _bands(scene: Scene, plan: _Plan) -> Iterator[Markup]:
 
 def _clamp(plan: _Plan, edge: str) -> Markup:
     """Hatching outside a clamped edge."""
-    along_y = edge[0] == "x"
-    side = (plan.x if along_y else plan.y)[int(edge[1])]
-    ends = [plan.place(side, y) for y in plan.y] if along_y else [plan.place(x, side) for x in plan.x]
-    outward = (-9.0 if edge == "x0" else 9.0, 9.0) if along_y else (9.0, 9.0 if edge == "y0" else -9.0)
-    (xa, ya), (xb, yb) = ends
+    outward = {"x0": (-9.0, 9.0), "x1": (9.0, 9.0), "y0": (9.0, 9.0), "y1": (9.0, -9.0)}[edge]
+    (xa, ya), (xb, yb) = plan.edge(edge)
     count = 18
     ticks = [
         f"M{xa + (xb - xa) * i / count:.1f} {ya + (yb - ya) * i / count:.1f}l{outward[0]:.0f} {outward[1]:.0f}"
@@ -98,7 +101,9 @@ def _clamp(plan: _Plan, edge: str) -> Markup:
 
 
 def _loads(scene: Scene, plan: _Plan) -> Iterator[Markup]:
-    paint = 'fill="var(--reference, #d55e00)" fill-opacity="0.35" stroke="var(--reference, #d55e00)"'
+    """Loads that have a place, each with its largest component."""
+    colour = "var(--reference, #d55e00)"
+    paint = f'fill="{colour}" fill-opacity="0.35" stroke="{colour}"'
     for load in scene.loads:
         if isinstance(load, PatchLoad):
             yield plan.box(*load.region, paint)
@@ -106,12 +111,12 @@ def _loads(scene: Scene, plan: _Plan) -> Iterator[Markup]:
         elif isinstance(load, PointLoad):
             x, y = plan.place(*load.at)
             yield Markup(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="8" {paint}/>')
+        elif isinstance(load, EdgeLoad):
+            (xa, ya), (x, y) = plan.edge(load.edge)
+            yield Markup(f'<path d="M{xa:.1f} {ya:.1f}L{x:.1f} {y:.1f}" stroke="{colour}" stroke-width="5"/>')
         else:
             continue
-        force = max(load.force, key=abs)
-        yield _text(
-            x + 12, y - 12, f"{force:+g} N".replace("-", "\u2212"), "start" if x < MARGIN + SIDE / 2 else "middle"
-        )
+        yield _text(x, y - 13, f"{max(load.force, key=abs):+g} N".replace("-", "\u2212"))
 
 
 def _probes(scene: Scene, plan: _Plan) -> Iterator[Markup]:
@@ -127,7 +132,7 @@ def _probes(scene: Scene, plan: _Plan) -> Iterator[Markup]:
 def _axes(plan: _Plan, flat: bool) -> Iterator[Markup]:
     x, y = plan.place(plan.x[0], plan.y[0])
     unit = " m" if flat else ""
-    yield _text(x + plan.width / 2, y + 18, f"x: {plan.x[0]:g} to {plan.x[1]:g}{unit}")
+    yield _text(x + plan.width / 2, y + 24, f"x: {plan.x[0]:g} to {plan.x[1]:g}{unit}")
     words = _text(0, 0, f"y: {plan.y[0]:g} to {plan.y[1]:g}{unit}")
     yield Markup(f'<g transform="translate({x - 18:.1f} {y - plan.height / 2:.1f}) rotate(-90)">{words}</g>')
 

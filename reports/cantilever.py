@@ -17,7 +17,7 @@ from compare.study import Entry, level_name
 from compare.table import height, in_ladders, percent, rule, sensitivity
 from compare.verdict import Figure, at_most, stated
 from reports import sections
-from reports.ladders import NAMES, Ladder, band_words, convergence, ladders, opinions, scenes
+from reports.ladders import NAMES, Ladder, band_words, budget, convergence, ladders, opinions, scenes
 
 PLAIN, GROOVED = "cantilever_plain", "cantilever"
 TWINS = {"cantilever_plain_patch": "plain", "cantilever_patch": "grooved"}
@@ -308,7 +308,7 @@ def table5(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write cantilever.html and cantilever.json into `folder`; returns the page's path."""
     judged = figures(entries, rows)
-    about = provenance()
+    about = {"budget": budget(entries), **provenance()}
     changes = sensitivity(list(entries))
     content = {
         "figures": {figure.name: figure.entry() for figure in judged},

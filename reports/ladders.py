@@ -8,7 +8,7 @@ from typing import Any
 
 from compare.convergence import Convergence
 from compare.exact import cross_code, published
-from compare.scene import Scene
+from compare.scene import BUDGETS, Scene
 from compare.study import Entry
 from compare.table import convergences, height, in_ladders, percent, rule, series
 
@@ -70,6 +70,11 @@ def scenes(entries: Iterable[Entry]) -> list[Scene]:
     """The scenes of a study as stated, each once, in the order of the entries."""
     found = {entry.scene.name: entry.scene for entry in in_ladders(list(entries))}
     return list(found.values())
+
+
+def budget(entries: Iterable[Entry]) -> str:
+    """The largest budget that a level of these entries asks for."""
+    return max((entry.level.budget for entry in in_ladders(list(entries))), key=BUDGETS.index)
 
 
 def band_words(ladder: Ladder) -> str:

@@ -13,7 +13,7 @@ from compare.study import Entry, level_name
 from compare.table import height, percent, sensitivity
 from compare.verdict import Figure, stated
 from reports import sections
-from reports.ladders import band_words, convergence, ladders, opinions, scenes
+from reports.ladders import band_words, budget, convergence, ladders, opinions, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:
@@ -38,7 +38,7 @@ def figures(entries: Sequence[Entry]) -> list[Figure]:
 
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write <scene's name>.html and .json into `folder`; returns the page's path."""
-    judged, about = figures(entries), provenance()
+    judged, about = figures(entries), {"budget": budget(entries), **provenance()}
     content = {
         "figures": {figure.name: figure.entry() for figure in judged},
         "notes": {figure.name: figure.words() for figure in judged},

@@ -84,7 +84,7 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
 
 def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:
     """What the columns of a scene's table are judged against."""
-    notes = ["Differences in percent of the value they are judged against; negative: the plate bends less."]
+    notes = ["Differences in percent of the value they are judged against; positive: farther from z = 0."]
     if scene.published:
         printed = f"paper, vs paper: published, {scene.published.source}, the row of the same mesh"
         notes.append(printed + (", for the reference its converged row." if scene.published.converged else "."))
@@ -113,11 +113,14 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
             errors.append(_error_plot(scene, found, *target))
             work.append(_work_plot(scene, found, *target))
         paths.append(_history_plot(scene, found))
+    paths = [path for path in paths if path]
+    if len(values) == 1:
+        return [Section("plots", "Value, error, work and path", [Plots([*values, *errors, *work, *paths])], "Plots")]
     return [
         Section("values", "Value against element size", [Plots(values)], "Value against h"),
         Section("errors", "Error against element size", [Plots(errors)], "Error against h"),
         Section("work", "Error against time", [Plots(work)]),
-        Section("history", "The path of the answer", [Plots([path for path in paths if path])], "Path"),
+        Section("history", "The path of the answer", [Plots(paths)], "Path"),
     ]
 
 
@@ -212,7 +215,7 @@ def opinions_section(found: Sequence[dict[str, Any]]) -> Section | None:
         Column("reference_percent", "reference against it", "+.3f", "%"),
         Column("ancf_percent", "ANCF against it", "+.3f", "%"),
     )
-    notes = ["Each solver at its finest level of this run; negative: it bends less."]
+    notes = ["Each solver at its finest level of this run; positive: farther from z = 0."]
     notes += dict.fromkeys(f"{line['kind']}: {line['source']}." for line in found)
     table = Table("Heights by other codes for the same question", columns, found, notes)
     return Section("opinions", "Third opinions", [table])

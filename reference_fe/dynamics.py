@@ -114,6 +114,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     memory.prepare(h)
     guess = state.u + h * state.v + 0.5 * h**2 * state.a
     solve(Equation(residual, tangent, system.scale), guess.ravel(), memory)
+    system.refuse_inversion(latest["u"])
     v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])
     kinetic = 0.5 * float(np.sum(v * (system.mass @ v)))
     mean = (system.applied(state.time) + applied) / 2

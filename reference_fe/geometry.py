@@ -176,6 +176,7 @@ def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> l
     for x, y in plate.lines:
         line = [(1, occ.addLine(occ.addPoint(x, y, -reach), occ.addPoint(x, y, reach)))]
         tools += occ.intersect(line, bodies, removeObject=True, removeTool=False)[0]
+    tools = [tool for tool in tools if tool not in bodies]  # a region that holds the whole plate
     if tools:
         bodies, _ = occ.fragment(bodies, tools)
     return [body for body in dict.fromkeys(bodies) if body[0] == 3]

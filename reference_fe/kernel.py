@@ -82,6 +82,24 @@ def add_force(nodes, gradient, weight, lam, mu, displacement, step, mixed, force
 
 
 @njit(cache=True)
+def smallest_volume_ratio(nodes, gradient, displacement):
+    """Least det F over all quadrature points: below zero where an element has turned inside out."""
+    F, u = np.empty((3, 3)), np.empty((10, 3))
+    least = np.inf
+    for e in range(nodes.shape[0]):
+        _gather(displacement, nodes[e], u)
+        for q in range(gradient.shape[1]):
+            _displacement_gradient(gradient[e, q], u, F)
+            for i in range(3):
+                F[i, i] += 1.0
+            ratio = F[0, 0] * (F[1, 1] * F[2, 2] - F[1, 2] * F[2, 1])
+            ratio -= F[0, 1] * (F[1, 0] * F[2, 2] - F[1, 2] * F[2, 0])
+            ratio += F[0, 2] * (F[1, 0] * F[2, 1] - F[1, 1] * F[2, 0])
+            least = min(least, ratio)
+    return least
+
+
+@njit(cache=True)
 def add_tangent(nodes, gradient, weight, lam, mu, displacement, step, mixed, factor, number, indptr, slot, values):
     """Add factor x tangent to the upper-triangle CSR values."""
     F, S, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))

@@ -26,7 +26,8 @@ from compare.scene import Band as SceneBand
 from compare.scene import NurbsPatch, ReferenceLevel, Scene
 from reference_fe import dynamics, statics
 from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
-from reference_fe.geometry import Band, Curve, MeshError, Plate
+from reference_fe.estimate import memory_mb, tetrahedra, unknowns
+from reference_fe.geometry import Band, Curve, Interval, MeshError, Plate
 from reference_fe.loads import Load, face_share, line_share, load_at, region_share
 from reference_fe.mesh import Solid, Spacing, make, store
 from reference_fe.newton import Memory, NewtonFailure
@@ -36,6 +37,7 @@ from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
 
 Progress = Callable[[float], None]
+RATIO = 0.5  # edge length at sides and grooves over that elsewhere
 RULE_DEGREE = 4  # 11 points: the least rule that integrates force and tangent exactly on straight tetrahedra
 
 
@@ -52,7 +54,8 @@ def solve(
     start, cpu = clock.perf_counter(), clock.process_time()
     try:
         frame, surface = mid_surface(scene)
-        solid = make(plate_of(scene, frame, surface), spacing_of(scene, frame, level.size), surface)
+        plate = plate_of(scene, frame, surface)
+        solid = make(plate, spacing_of(plate, level.size), surface)
         if mesh_folder is not None:
             store(solid, mesh_folder / f"{scene.name}_{level.size:g}.vtu")
         mesh_seconds = clock.perf_counter() - start
@@ -245,9 +248,81 @@ def _band(scene: Scene, frame: Frame, band: SceneBand) -> Band:
     )
 
 
-def spacing_of(scene: Scene, frame: Frame, size: float) -> Spacing:
-    """Grading toward grooves, clamps and loads by fixed ratios, so that all edges scale with `size`."""
-    return Spacing(size)
+def spacing_of(plate: Plate, size: float) -> Spacing:
+    """Grading toward the plate's sides, grooves and loads by fixed ratios, so that all edges scale with `size`.
+
+    Twist is carried by shear within about one thickness of each side (Kirchhoff's corner forces), and
+    the stress is singular at the clamp and at the re-entrant edges of a groove; so the edges are half
+    as long there, growing linearly over one thickness.
+    """
+    reach, half = plate.thickness, plate.thickness / 2
+    x, y, z = (0.0, plate.length), (0.0, plate.width), (-half, half)
+    places = [((0.0, 0.0), y, z), (x[1:] * 2, y, z), (x, (0.0, 0.0), z), (x, y[1:] * 2, z)]
+    for band in plate.grooves + plate.protrusions:
+        places += _feet(band, half, cut=band in plate.grooves)
+    return Spacing(size, tuple((RATIO, reach, *place) for place in places))
+
+
+def _feet(band: Band, half: float, cut: bool) -> list[tuple[Interval, Interval, Interval]]:
+    """Re-entrant edges of a band: on the floor of a groove, at the foot of a protrusion; all of a curved one."""
+    face = band.side * half
+    floor = face - band.side * band.depth if cut else face + band.side * band.depth
+    if isinstance(band.section, Curve):
+        lines = [(band.across, (min(floor, face), max(floor, face)))]
+    else:
+        lines = [((edge, edge), (floor, floor) if cut else (face, face)) for edge in band.across]
+    return [(band.along, across, z) if band.axis == 0 else (across, band.along, z) for across, z in lines]
+
+
+def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
+    """What a solve would model and about what it costs, without meshing.
+
+    {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
+    """
+    plate = plate_of(scene, *mid_surface(scene))
+    spacing = spacing_of(plate, level.size)
+    elements = tetrahedra(plate, spacing)
+    free = unknowns(elements)
+    modelled, left_out = _words(scene, level)
+    return {
+        "unknowns": free,
+        "elements": elements,
+        "memory_mb": memory_mb(free),
+        "modelled": modelled,
+        "left_out": left_out,
+    }
+
+
+def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
+    """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
+    curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
+    marching = (
+        f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
+        if scene.analysis.kind == "dynamic"
+        else f"statics in load steps of {level.time_step:g}"
+    )
+    modelled = [
+        f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
+        "St. Venant-Kirchhoff solid, total Lagrangian, large rotation and strain, exact integration",
+        marching,
+        *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
+        *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
+        *(f"clamp at {support.edge}: all displacements of the face" for support in scene.supports),
+        *(f"{load.kind} load, dead" for load in scene.loads),
+    ]
+    left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
+    return modelled, [*left_out, "contact", "damping", "other materials"]
+
+
+def _absent(scene: Scene) -> dict[str, bool]:
+    """What a scene may have, and whether this one does."""
+    return {
+        "gravity": _has_gravity(scene),
+        "grooves": bool(scene.grooves),
+        "supports": bool(scene.supports),
+        "initial velocity": scene.initial is not None,
+        "inertia": scene.analysis.kind == "dynamic",
+    }
 
 
 def _has_gravity(scene: Scene) -> bool:

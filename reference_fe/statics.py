@@ -72,5 +72,6 @@ def balance(system: System, state: Balance, until: float, memory: Memory) -> Bal
     if np.any(applied != state.applied):
         near = solve_mixed(residual, tangent, state.u.ravel(), system.scale, memory)
         solve(Equation(residual, tangent, system.scale), near, memory)
+        system.refuse_inversion(latest["u"])
     external = state.external + 0.5 * float(np.sum((state.applied + applied) * (latest["u"] - state.u)))
     return Balance(until, latest["u"], applied, latest["strain"], external)

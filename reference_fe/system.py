@@ -9,8 +9,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, triu
 
 from reference_fe.elasticity import Lame, Pattern, Table, internal_force, mass_values, tangent
+from reference_fe.kernel import smallest_volume_ratio
 from reference_fe.linear_solver import direct_solver
-from reference_fe.newton import Memory
+from reference_fe.newton import Memory, NewtonFailure
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,12 @@ class System:
         values = mass * self.mass_values if mass else np.zeros(self.pattern.indices.size)
         change = None if step is None else self.expand(step)
         return tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness, change)
+
+    def refuse_inversion(self, u: np.ndarray) -> None:
+        """Raise NewtonFailure "inverted" where det F is not positive: such an equilibrium is not physical."""
+        ratio = smallest_volume_ratio(self.table.nodes, self.table.gradient, self.expand(u))
+        if not ratio > 0:
+            raise NewtonFailure("inverted", f"a tetrahedron is turned inside out: det F = {ratio:.3g}")
 
     def solve_mass(self, force: np.ndarray) -> np.ndarray:
         """Acceleration (f, 3) in m/s2 that the force (f, 3) in N gives the mass."""

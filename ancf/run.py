@@ -5,7 +5,7 @@ Readings chosen here
   the kept area or volume.
 - Clamp "all": the twelve coordinates of each node on the edge. "tangential": r, r_z and the gradient
   along the edge.
-- Angular velocity turns about the mass centre, whose velocity is `velocity`.
+- An initial angular velocity turns about the origin of space: v = velocity + angular_velocity x r.
 - The time step is the largest that divides the time between two outputs and is not longer than the level's.
 - The global rule (Eq. 7) also integrates the mass.
 """
@@ -257,9 +257,7 @@ def _initial_velocity(scene: Scene, model: Model) -> np.ndarray:
     mesh, v = model.mesh, np.zeros((len(model.mesh.vectors), 3))
     if scene.initial is not None:
         is_position = (mesh.kinds == "r")[:, None]
-        centre = model.body.mass_row @ mesh.vectors / model.body.total_mass
-        arms = mesh.vectors - is_position * centre
-        v = np.cross(scene.initial.angular_velocity, arms) + is_position * np.array(scene.initial.velocity)
+        v = np.cross(scene.initial.angular_velocity, mesh.vectors) + is_position * np.array(scene.initial.velocity)
     v = v.ravel()
     v[model.system.assembly.unknown_of < 0] = 0.0
     return v

@@ -191,7 +191,10 @@ Load = Annotated[PointLoad | EdgeLoad | PatchLoad | Gravity, Field(discriminator
 
 
 class Initial(Part):
-    """Rigid initial velocity (m/s) of the undeformed plate at t = 0."""
+    """Rigid initial velocity (m/s) of the undeformed plate at t = 0: v = velocity + angular_velocity x r.
+
+    r is measured from the origin of space; angular_velocity in rad/s.
+    """
 
     velocity: Vector = (0.0, 0.0, 0.0)
     angular_velocity: Vector = (0.0, 0.0, 0.0)

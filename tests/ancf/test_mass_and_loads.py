@@ -92,6 +92,17 @@ def test_curved_volume_converges_to_the_exact_one(shape, order):
     np.testing.assert_allclose(orders, order, atol=0.2)
 
 
+def test_mid_surface_converges_to_the_cylinder():
+    """Between nodes the distance from the axis errs like h^4, as for any cubic Hermite interpolation."""
+    errors = []
+    for n in (4, 8, 16):
+        mesh = grid([0, 0.5], np.linspace(0, 1, n + 1), PANEL)
+        middles = (np.arange(n) + 0.5) / n
+        at = np.array([value_at(mesh, 0.25, y, 0.0) for y in middles]) @ mesh.vectors
+        errors.append(np.abs(np.linalg.norm(at[:, 1:], axis=1) - 1).max())
+    np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 4, atol=0.2)
+
+
 W = np.sqrt(0.5)
 PANEL = Surface(
     (1, 2),

@@ -209,11 +209,16 @@ def _kept(unit: Unit, folder: Path) -> Entry | None:
 
 
 def _finished(outcome: pool.Outcome, folder: Path) -> Entry:
-    """Entry of a unit whose worker ended; a result that cannot be read back is a crash too."""
+    """Entry of a unit whose worker ended. Without a crash's name a result may still be worth nothing: it cannot
+    be read back, or somebody edited the solver meanwhile, so that nobody knows which source it belongs to."""
+    unit = outcome.unit
     try:
-        return _entry(outcome.unit, folder, outcome.status, outcome.message)
+        if key(unit.scene, unit.solver, unit.level, fingerprint(unit.solver, unit.module)) != unit.key:
+            (folder / f"{unit.key}.npz").unlink(missing_ok=True)
+            return _entry(unit, folder, "crashed: the solver's source changed while it ran", "run it again")
+        return _entry(unit, folder, outcome.status, outcome.message)
     except ResultError as error:
-        return _entry(outcome.unit, folder, "crashed: no readable result", str(error))
+        return _entry(unit, folder, "crashed: no readable result", str(error))
 
 
 def _entry(unit: Unit, folder: Path, crash: str | None, message: str, fresh: bool = True) -> Entry:

@@ -129,6 +129,19 @@ def test_editing_the_solver_computes_again(tmp_path, monkeypatch):
     assert after[0].result.displacement[-1, 0, 2] < before[0].result.displacement[-1, 0, 2] - 0.05
 
 
+def test_a_solver_edited_while_it_runs_leaves_no_result(tmp_path, monkeypatch):
+    shutil.copy(fake_solver.__file__, tmp_path / "moving_solver.py")
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def edit(progress):
+        if progress.running:
+            (tmp_path / "moving_solver.py").open("a").write("# edited\n")
+
+    entry = study.run([small()], {"ancf": "moving_solver"}, "quick", tmp_path / "results", report=edit)[0]
+    assert entry.status == "crashed: the solver's source changed while it ran"
+    assert list((tmp_path / "results").iterdir()) == []
+
+
 def test_another_library_version_computes_again(monkeypatch):
     before = study.fingerprint("reference", "fake_solver")
     monkeypatch.setattr(study, "version", lambda library: "99" if library == "gmsh" else "1")

@@ -16,6 +16,7 @@ import resource
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from importlib.metadata import version
 from itertools import pairwise
 
 import numpy as np
@@ -37,7 +38,6 @@ from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
 SOLVER = "ancf"
-VERSION = "0.1.0"
 Progress = Callable[[float], None] | None
 
 
@@ -81,7 +81,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
     return Result(
         scene=scene.physics(),
         solver=SOLVER,
-        version=VERSION,
+        version=version("groovecheck"),
         level=level.model_dump(mode="json"),
         h=float(model.mesh.edge_lengths.max()),
         unknowns=model.system.unknowns,

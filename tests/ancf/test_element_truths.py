@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 from ancf.assembly import assembly
 from ancf.element import PointElements, integrand
 from ancf.packing import PORTION, SPAN, packing
+from ancf.quadratic_form import QuadraticElements
 from ancf.quadrature import gauss, onto_cell, tensor
 from ancf.subdomain import BOTTOM, GROOVE, Band
-from ancf.system import system
+from ancf.system import FORM_BYTES, system
 
 FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
 
@@ -136,6 +137,13 @@ def test_elements_of_equal_shape_share_one_form(make_body):
     assert make_body(lines=even).shapes == 1
     groove = (Band(BOTTOM, GROOVE, 0, (0.3, 0.4), 0.02),)
     assert make_body(lines=even, bands=groove).shapes == 2
+
+
+def test_too_many_distinct_elements_keep_their_points(make_body, monkeypatch):
+    """Where the tensors of all distinct elements would not fit, the mesh is evaluated point by point."""
+    monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 5 * FORM_BYTES)
+    assert isinstance(make_body(lines=([0, 0.3, 0.7], [0, 0.2, 0.6])).elements, QuadraticElements)
+    assert isinstance(make_body(lines=([0, 0.3, 0.7, 1.2], [0, 0.2, 0.6])).elements, PointElements)
 
 
 def test_shallow_groove_is_no_groove(make_body, deformed):

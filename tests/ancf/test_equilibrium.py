@@ -122,3 +122,11 @@ def test_every_way_solves_what_numpy_solves(make_body, way, definite):
     b = np.random.default_rng(0).standard_normal(acting.unknowns)
     K = acting.assembly.pattern.full(data).toarray()
     np.testing.assert_allclose(K @ solve(b), b, atol=1e-7)
+
+
+@pytest.mark.parametrize("nx, ny", [(9, 3), (3, 9)])
+def test_band_is_as_narrow_as_the_shorter_side(make_body, nx, ny):
+    """Nodes are numbered along the shorter side: an element reaches over that side's nodes and one more."""
+    plate = make_body(lines=(np.linspace(0, 1, nx + 1), np.linspace(0, 1, ny + 1)))
+    acting = system(plate, np.zeros(plate.mesh.vectors.size, dtype=bool), (), THICKNESS)
+    assert LinearSolver(acting.assembly.pattern).bandwidth == 12 * (min(nx, ny) + 2) + 11

@@ -116,3 +116,12 @@ def test_newton_ends_at_round_off_for_any_step(make_body, dt):
     end = move(acting, SCHEMES["trapezoidal"], v.ravel(), 5 * dt, dt)
     moved = end.q.reshape(-1, 3) - acting.body.mesh.vectors
     np.testing.assert_allclose(moved, 5 * dt * v, atol=50 * (5 * dt) ** 2 + 1e-12)
+
+
+def test_old_factorisations_do_not_change_the_motion(make_body, monkeypatch):
+    """Keeping a factorisation over steps saves time only: both runs end within Newton's tolerance."""
+    acting, v = spinning(make_body)
+    kept = move(acting, SCHEMES["trapezoidal"], v.ravel(), 0.1, 0.01)
+    monkeypatch.setattr("ancf.newton.REFRESH", 0.0)
+    fresh = move(acting, SCHEMES["trapezoidal"], v.ravel(), 0.1, 0.01)
+    np.testing.assert_allclose(kept.q, fresh.q, atol=1e-9)

@@ -69,7 +69,7 @@ def correct(
     def ended(status: str) -> Correction:
         return Correction(q, status, iterations, factorisations, factor)
 
-    while not norm <= tolerance:
+    while not (norm <= tolerance and np.isfinite(norm)):
         if not np.isfinite(norm):
             return ended(NOT_FINITE)
         if iterations == (OLD_LIMIT if reuse else FULL_LIMIT):

@@ -193,7 +193,7 @@ def bar_plot(name: str, title: str, about: str, bars: Sequence[Bar], xlabel: str
         axes.set_yticks(places, [bar.label for bar in bars])
         axes.tick_params(axis="y", length=0)
         axes.set_xlabel(xlabel)
-        axes.margins(x=0.2)
+        axes.margins(x=0.3)
         axes.grid(axis="y", visible=False)
 
     return _draw(name, title, about, paint, (SIZE[0], 1.0 + 0.34 * max(len(bars), 2)))
@@ -250,12 +250,12 @@ def _draw(name: str, title: str, about: str, paint: Callable[[Figure], None], si
         for axes in figure.axes:
             axes.patch.set_alpha(0.0)
         file = io.StringIO()
-        figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+        figure.savefig(file, format="svg")
     return _themed(file.getvalue(), name, title, about)
 
 
 def _themed(svg: str, name: str, title: str, about: str) -> str:
-    """Matplotlib's document as an inline element: no prologue, no global style, colours from the page."""
+    """Matplotlib's document as an inline element: no prologue, date or global style, colours from the page."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>|<style type=\"text/css\">.*?</style>|<!--.*?-->", "", svg, flags=re.S)
     svg = re.sub(r"<defs>\s*</defs>", "", svg).replace("xlink:href", "href")

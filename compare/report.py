@@ -151,9 +151,7 @@ def number(value: Any, form: str) -> Markup:
         return escape(value)
     if not math.isfinite(value):
         return Markup('<span class="bad">not finite</span>')
-    text = format(value, "d" if isinstance(value, int) else form).replace("-", "\u2212")
-    if isinstance(value, int) and form.startswith(","):
-        text = format(value, ",").replace(",", "\u202f")
+    text = format(value + 0, form).replace("-", "\u2212").replace(",", "\u202f")  # + 0: no minus before zero
     return Markup('<data value="{}">{}</data>').format(json.dumps(value), text)
 
 

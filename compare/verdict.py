@@ -12,7 +12,8 @@ class Figure:
 
     value and bar in `unit`; met: None where the value was not run or nothing is asked of it.
     against: what the value is judged by ("published: Table 5 ...", "cross-code: ..."). note: what a
-    reader must know to use it. form: how the page prints it. asked: what is asked, where that is no bar.
+    reader must know to use it. form: how the page prints it. asked: what is asked, where that is no bar
+    that the value must not exceed. least: the value must reach the bar instead.
     """
 
     name: str
@@ -25,6 +26,7 @@ class Figure:
     note: str = ""
     form: str = ".3g"
     asked: str = ""
+    least: bool = False
 
     @property
     def judged(self) -> bool:
@@ -34,7 +36,9 @@ class Figure:
     @property
     def margin(self) -> float | None:
         """How much of the bar is left, in `unit`; negative where it was missed."""
-        return None if self.value is None or self.bar is None else self.bar - self.value
+        if self.value is None or self.bar is None:
+            return None
+        return self.value - self.bar if self.least else self.bar - self.value
 
     def entry(self) -> dict[str, Any]:
         """The figure as the study's JSON keeps it."""
@@ -49,6 +53,12 @@ def at_most(name: str, label: str, value: float | None, unit: str, bar: float, *
     """A figure that must not exceed its bar."""
     met = None if value is None else bool(value <= bar)
     return Figure(name, label, value, unit, bar, met, **more)
+
+
+def at_least(name: str, label: str, value: float | None, unit: str, bar: float, **more: str) -> Figure:
+    """A figure that must reach its bar."""
+    met = None if value is None else bool(value >= bar)
+    return Figure(name, label, value, unit, bar, met, asked=f"at least {bar:g}", least=True, **more)
 
 
 def stated(name: str, label: str, value: float | None, unit: str, **more: str) -> Figure:

@@ -432,6 +432,9 @@ LIMITS = (
 COMMANDS = (
     ("make cantilever", "this page at the standard budget"),
     ("make cantilever BUDGET=full", "with the 12x12 and 16x16 rows and the finest reference"),
-    ("groovecheck table cantilever --format json", "every row of every table, with full digits"),
+    ("groovecheck table cantilever --format json", "every row of every table, with full digits (--budget as above)"),
+    ("groovecheck run cantilever_plain --solver ancf", "the columns of Table 5 without grooves alone"),
+    ("groovecheck run cantilever_patch", "the patch-loaded twin with grooves alone"),
+    ("groovecheck run cantilever --set grooves.0.depth=0.027 --set grooves.1.depth=0.027", "another groove"),
     ("groovecheck check cantilever", "a fresh quick run against the accepted table"),
 )

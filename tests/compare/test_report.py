@@ -29,6 +29,12 @@ def publish(folder, entries, module=cantilever, name="cantilever"):
     return path.read_text(encoding="utf-8"), json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
 
 
+@pytest.fixture
+def without_plots(monkeypatch):
+    """Plots take most of a page's time and do not matter to some tests."""
+    monkeypatch.setattr(sections, "plot_sections", lambda entries: [])
+
+
 @pytest.fixture(scope="module")
 def published(tmp_path_factory):
     """A standard study with one failed level."""
@@ -165,7 +171,7 @@ def test_a_failed_level_shows_its_status_and_no_number(published):
     assert content["figures"]["table5_grooved_max_percent"] == {"value": None, "unit": "%", "bar": 1.0, "met": False}
 
 
-def test_a_crashed_unit_is_a_row_without_numbers(tmp_path):
+def test_a_crashed_unit_is_a_row_without_numbers(tmp_path, without_plots):
     """A unit without any result keeps its reason."""
     entries = synthetic_study.entries("quick", outlines=False)
     dead = {**vars(entries[0]), "result": None, "status": "crashed: killed by signal 9", "wall_seconds": None}
@@ -220,7 +226,7 @@ def test_what_was_not_run_is_null_and_not_judged(kept):
         assert figure["value"] is None and figure["met"] is None
 
 
-def test_pictures_that_cannot_be_made_are_named_with_the_reason(tmp_path, monkeypatch):
+def test_pictures_that_cannot_be_made_are_named_with_the_reason(tmp_path, monkeypatch, without_plots):
     """Without OpenGL the page still carries every number."""
     python = tmp_path / "python"
     python.write_text("#!/bin/sh\nkill -SEGV $$\n")

@@ -1,0 +1,1 @@
+"""Adapters to codes nobody here wrote. Each is optional: `available()` says whether it is installed."""

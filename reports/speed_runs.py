@@ -1,0 +1,309 @@
+"""Units: whole runs of both solvers and of the peers that are installed.
+
+A run is the solver's own solve(scene, level), so mesh and set-up are counted unless a key says otherwise.
+"""
+
+from __future__ import annotations
+
+import cProfile
+import pstats
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from compare import study
+from compare.external import calculix, exudyn
+from compare.scene import AncfLevel, ReferenceLevel, Scene, load
+from compare.table import height
+
+EXACT = [7, 7, 3]
+PLAIN, GROOVED, PATCH = "cantilever_plain", "cantilever", "cantilever_plain_patch"
+
+# Functions that the parts of an ANCF step are spent in, as (file, function).
+PARTS = {
+    "force": ("system.py", "force_internal"),
+    "tangent": ("system.py", "tangent"),
+    "factor": ("linear_solver.py", "factorise"),
+    "solve": ("linear_solver.py", "<lambda>"),
+    "inertia": ("system.py", "inertia"),
+}
+
+
+def ancf(
+    scene: str, mesh: int, time_step: float, points: list[int] = EXACT, until: float = 1.0, repeats: int = 1
+) -> dict[str, Any]:
+    """ANCF from start to end: least CPU and wall seconds of `repeats` runs, then once more under a profiler.
+
+    "split": seconds of the profiled run by part: set-up, force, tangent, factor, solve, inertia and the rest.
+    """
+    from ancf.run import build, solve
+
+    stated = _until(load(scene), until)
+    level = AncfLevel(mesh=(mesh, mesh), points=tuple(points), time_step=time_step)
+    begin = time.process_time()
+    build(stated, level)
+    setup = time.process_time() - begin
+    results = [solve(stated, level) for _ in range(repeats)]
+    profile = cProfile.Profile(time.process_time)
+    profiled = profile.runcall(solve, stated, level)
+    return {
+        **_summary(results),
+        "setup_seconds": setup,
+        "distinct": results[0].facts["distinct_elements"],
+        "split": _split(profile, setup, profiled.cpu_seconds),
+    }
+
+
+def _split(profile: cProfile.Profile, setup: float, total: float) -> dict[str, float]:
+    """Seconds by part of a profiled ANCF run of `total` seconds."""
+    spent = dict.fromkeys(PARTS, 0.0)
+    for (file, _, function), (_, _, _, cumulative, _) in pstats.Stats(profile).stats.items():
+        for part, place in PARTS.items():
+            if (Path(file).name, function) == place and Path(file).parent.name == "ancf":
+                spent[part] += cumulative
+    return {"set-up": setup, **spent, "rest": max(0.0, total - setup - sum(spent.values()))}
+
+
+def _summary(results: list) -> dict[str, Any]:
+    """Numbers of several runs of one question; the status of the worst."""
+    first, failed = results[0], [r.status for r in results if r.status != "ok"]
+    if failed:
+        return {"status": f"failed: {failed[0]}: {first.message}"}
+    return {
+        "unknowns": first.unknowns,
+        "h": first.h,
+        "height": float(first.position("P")[-1, 2]),
+        "cpu_seconds": min(r.cpu_seconds for r in results),
+        "wall_seconds": min(r.seconds for r in results),
+        "steps": first.steps,
+        "newton_iterations": first.newton_iterations,
+        "factorisations": first.facts["factorisations"],
+    }
+
+
+def _until(scene: Scene, until: float) -> Scene:
+    """The scene ended at `until` (s)."""
+    return scene if until == scene.analysis.until else scene.override({"analysis.until": until})
+
+
+def table5(meshes: list[int], time_step: float = 0.01, jobs: int = 2) -> dict[str, Any]:
+    """Both ANCF columns of Table 5 at these meshes, each row at its rule, as a study of two processes.
+
+    "wall_seconds" counts all of it: the start of each process and the repetition of cheap runs, up to three times.
+    "solve_seconds" is the sum of the runs' own least wall times.
+    """
+    begin = time.perf_counter()
+    scenes = [_rows(load(name), meshes, time_step) for name in (PLAIN, GROOVED)]
+    with tempfile.TemporaryDirectory() as folder:
+        entries = study.run(scenes, {"ancf": "ancf.run"}, "full", Path(folder), jobs)
+    wall = time.perf_counter() - begin
+    failed = [f"{study.label(entry)}: {entry.status}" for entry in entries if not entry.ok]
+    if failed:
+        return {"status": f"failed: {failed[0]}"}
+    rows = [
+        {"scene": e.scene.name, "mesh": e.level.mesh[0], "height": height(e), "wall_seconds": e.wall_seconds}
+        for e in entries
+    ]
+    return {"wall_seconds": wall, "solve_seconds": sum(row["wall_seconds"] for row in rows), "rows": rows}
+
+
+def _rows(scene: Scene, meshes: list[int], time_step: float) -> Scene:
+    """The scene with one ANCF level per printed row at the rule it was found to use, 3x3x2 where none is known."""
+    levels = [
+        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step}
+        for row in scene.published.rows
+        if row.mesh[0] in meshes
+    ]
+    return scene.override({"ancf": {"levels": levels}, "reference": None, "sensitivity": None, "companions": []})
+
+
+def size(unknowns: int, tries: int = 8) -> dict[str, Any]:
+    """Edge length of the reference's mesh of the plain cantilever whose unknowns are nearest to a number.
+
+    Secant steps on log unknowns against log size; the best of at most `tries` meshes, or the first within 0.5 %.
+    """
+    scene, guess, exponent, found = load(PLAIN), 0.14 * (5310 / unknowns) ** 0.5, -2.0, []
+    for _ in range(tries):
+        got = _unknowns(scene, guess)
+        found.append((abs(np.log(got / unknowns)), guess, got))
+        if found[-1][0] < 0.005:
+            break
+        if len(found) > 1 and found[-2][2] != got:
+            slope = np.log(got / found[-2][2]) / np.log(guess / found[-2][1])
+            exponent = min(max(slope, -4.0), -1.0)
+        guess = round(float(guess * (unknowns / got) ** (1 / exponent)), 5)
+    _, best, got = min(found)
+    return {"size": best, "unknowns": got}
+
+
+def _unknowns(scene: Scene, edge: float) -> int:
+    """Unknowns of the reference's mesh of a plate clamped at x = 0."""
+    points = _mesh(scene, edge)[1].mesh.doflocs
+    return 3 * int((points[0] > 1e-9).sum())
+
+
+def reference(scene: str, size: float, time_step: float, until: float = 1.0, repeats: int = 1) -> dict[str, Any]:
+    """The reference from start to end: least CPU and wall seconds of `repeats` runs, and its own split."""
+    from reference_fe.run import solve
+
+    stated = _until(load(scene), until)
+    level = ReferenceLevel(size=size, time_step=time_step)
+    results = [solve(stated, level) for _ in range(repeats)]
+    found = _summary(results)
+    facts = min(results, key=lambda r: r.cpu_seconds).facts
+    found["tetrahedra"] = facts["tetrahedra"]
+    parts = {name: facts[f"{name}_seconds"] for name in ("mesh", "force", "tangent", "factor", "solve")}
+    return {**found, "split": {**parts, "rest": max(0.0, found["wall_seconds"] - sum(parts.values()))}}
+
+
+def curve(meshes: list[int], sizes: list[float], time_step: float = 0.02) -> dict[str, Any]:
+    """The patch-loaded plain cantilever on ladders of both solvers, one run at a time, least wall of up to three.
+
+    Both take the same time steps, so what is left between levels is the error in space.
+    """
+    levels = {
+        "ancf": {"levels": [{"mesh": [n, n], "points": EXACT, "time_step": time_step} for n in meshes]},
+        "reference": {"levels": [{"size": size, "time_step": time_step} for size in sizes]},
+    }
+    scene = load(PATCH).override(levels)
+    solvers = {"ancf": "ancf.run", "reference": "reference_fe.run"}
+    with tempfile.TemporaryDirectory() as folder:
+        entries = study.run([scene], solvers, "full", Path(folder), jobs=1)
+    rows = [
+        {
+            "solver": e.solver,
+            "mesh": study.level_name(e.level),
+            "unknowns": e.result and e.result.unknowns,
+            "h": e.result and e.result.h,
+            "height": height(e),
+            "wall_seconds": e.wall_seconds,
+            "cpu_seconds": e.result and e.result.cpu_seconds,
+            "peak_mb": e.result and e.result.peak_mb,
+            "status": e.status,
+        }
+        for e in entries
+    ]
+    return {"rows": rows}
+
+
+def newton(size: float, steps: int = 3, time_step: float = 0.01) -> dict[str, Any]:
+    """The plain cantilever on a large mesh: wall seconds of each time step and of one full Newton iteration.
+
+    A Newton iteration is one tangent, one factorisation on the known pattern, one solution and one residual.
+    "first_factor_seconds" includes the analysis of the pattern.
+    """
+    from reference_fe import dynamics
+    from reference_fe.mesh import make
+    from reference_fe.run import discretise, edge_length, mid_surface, plate_of, spacing_of
+
+    scene = load(PLAIN)
+    begin = time.perf_counter()
+    frame, surface = mid_surface(scene)
+    plate = plate_of(scene, frame, surface)
+    solid = make(plate, spacing_of(plate, size), surface)
+    model = discretise(scene, frame, solid)
+    setup = time.perf_counter() - begin
+    acting, memory = model.system, model.memory
+    state, walls = dynamics.begin(acting, model.velocity), []
+    for k in range(steps):
+        begin = time.perf_counter()
+        state, _ = dynamics.advance(acting, dynamics.TRAPEZOIDAL, state, (k + 1) * time_step, time_step, memory)
+        walls.append(time.perf_counter() - begin)
+    counts = {"newton_iterations": memory.iterations, "factorisations": memory.factorisations}
+    parts = _iteration(acting, memory, state, 4 / time_step**2)
+    memory.solver.close()
+    return {
+        "unknowns": 3 * acting.pattern.free.size,
+        "tetrahedra": model.solid.tetrahedra,
+        "h": edge_length(model.solid),
+        "setup_seconds": setup,
+        "step_seconds": walls,
+        "slowest_step_seconds": max(walls),
+        **counts,
+        "newton_seconds": sum(parts.values()),
+        "split": parts,
+    }
+
+
+def _mesh(scene: Scene, edge: float):
+    """The reference's frame and mesh of a scene at an edge length (m)."""
+    from reference_fe.mesh import make
+    from reference_fe.run import mid_surface, plate_of, spacing_of
+
+    frame, surface = mid_surface(scene)
+    plate = plate_of(scene, frame, surface)
+    return frame, make(plate, spacing_of(plate, edge), surface)
+
+
+def _discretised(scene: Scene, edge: float):
+    """The reference's model of a scene at an edge length (m)."""
+    from reference_fe.run import discretise
+
+    return discretise(scene, *_mesh(scene, edge))
+
+
+def _iteration(acting, memory, state, inertia: float, repeats: int = 2) -> dict[str, float]:
+    """Least wall seconds of each part of a Newton iteration."""
+    least = {}
+    for _ in range(repeats):
+        marks = [time.perf_counter()]
+        values = acting.tangent(state.u, 1.0, inertia)
+        marks.append(time.perf_counter())
+        memory.solver.factorise(values)
+        marks.append(time.perf_counter())
+        memory.solver.solve(state.force.ravel())
+        marks.append(time.perf_counter())
+        acting.internal(state.u)
+        marks.append(time.perf_counter())
+        for name, seconds in zip(("tangent", "factor", "solve", "force"), np.diff(marks).tolist(), strict=True):
+            least[name] = min(least.get(name, np.inf), seconds)
+    return least
+
+
+def calculix_run(size: float, time_step: float = 0.01, until: float = 1.0) -> dict[str, Any]:
+    """CalculiX on the reference's mesh of the plain cantilever, with its nodal forces and equal steps.
+
+    "height": of P as the reference reads it off the same nodes.
+    """
+    if not calculix.available():
+        return {"status": "absent: ccx is not on the path (Debian package calculix-ccx)"}
+    scene = load(PLAIN)
+    model = _discretised(scene, size)
+    nodes, weights = model.solid.mesh.doflocs.T, model.probes[0]
+    printed = np.flatnonzero(weights)
+    problem = calculix.Problem(
+        nodes=nodes,
+        tetrahedra=model.system.table.nodes,
+        fixed=np.flatnonzero(model.system.pattern.number < 0),
+        force=model.system.loads(1.0),
+        history=scene.loads[0].history,
+        density=scene.material.density,
+        youngs_modulus=scene.material.youngs_modulus,
+        poissons_ratio=scene.material.poissons_ratio,
+        step=time_step,
+        until=until,
+        printed=printed,
+    )
+    answer = calculix.solve(problem)
+    path = weights[printed] @ (nodes[printed] + answer.displacement)
+    return {
+        "version": calculix.version(),
+        "unknowns": 3 * model.system.pattern.free.size,
+        "tetrahedra": model.solid.tetrahedra,
+        "height": float(path[-1, 2]),
+        "cpu_seconds": answer.cpu_seconds,
+        "wall_seconds": answer.wall_seconds,
+        "steps": len(answer.times),
+        "ccx_peak_mb": answer.peak_mb,
+    }
+
+
+def exudyn_run(mesh: int = 16, steps: int = 100) -> dict[str, Any]:
+    """Exudyn's thin ANCF plate under the plain cantilever's load: CPU seconds of its time steps."""
+    if not exudyn.available():
+        return {"status": "absent: the Python package exudyn is not installed"}
+    found = exudyn.cantilever(mesh, steps, 1.0, 0.05, 2.0e6, 0.0, 2000.0, -50.0)
+    return {"height": found.deflection, "cpu_seconds": found.cpu_seconds, "steps": steps}

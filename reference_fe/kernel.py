@@ -8,19 +8,22 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+FAST = {"reassoc", "contract", "nsz"}  # may regroup sums; NaN and infinity keep their meaning
 
-@njit(cache=True)
+
+@njit(cache=True, fastmath=FAST)
 def _displacement_gradient(gradient, u, H):
     """Fill H (3, 3) = du/dX at one point: gradient (10, 3), u (10, 3)."""
     for i in range(3):
-        for p in range(3):
-            total = 0.0
-            for a in range(10):
-                total += u[a, i] * gradient[a, p]
-            H[i, p] = total
+        x = y = z = 0.0
+        for a in range(10):
+            x += u[a, i] * gradient[a, 0]
+            y += u[a, i] * gradient[a, 1]
+            z += u[a, i] * gradient[a, 2]
+        H[i, 0], H[i, 1], H[i, 2] = x, y, z
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _gather(field, nodes, local):
     """Copy the values (10, 3) of one element's nodes."""
     for a in range(10):
@@ -28,7 +31,7 @@ def _gather(field, nodes, local):
             local[a, i] = field[nodes[a], i]
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _stress(gradient, lam, mu, u, step, mixed, F, S):
     """Fill F and S (3, 3) at one point: gradient (10, 3), u and step (10, 3); returns the energy density."""
     if mixed:
@@ -55,7 +58,7 @@ def _stress(gradient, lam, mu, u, step, mixed, F, S):
     return 0.5 * lam * volumetric * volumetric + mu * strain
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def add_force(nodes, gradient, weight, lam, mu, displacement, step, mixed, force):
     """Add the internal force to `force` (n, 3); returns the strain energy."""
     F, S, P = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
@@ -81,7 +84,7 @@ def add_force(nodes, gradient, weight, lam, mu, displacement, step, mixed, force
     return energy
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def smallest_volume_ratio(nodes, gradient, displacement):
     """Least det F over all quadrature points: below zero where an element has turned inside out."""
     F, u = np.empty((3, 3)), np.empty((10, 3))
@@ -99,7 +102,7 @@ def smallest_volume_ratio(nodes, gradient, displacement):
     return least
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def add_tangent(nodes, gradient, weight, lam, mu, displacement, step, mixed, factor, number, indptr, slot, values):
     """Add factor x tangent to the upper-triangle CSR values."""
     F, S, b = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
@@ -137,7 +140,7 @@ def add_tangent(nodes, gradient, weight, lam, mu, displacement, step, mixed, fac
                     _scatter(K[a, c], True, number[nodes[e, c]], slot[e, c, a], indptr, values)
 
 
-@njit(cache=True)
+@njit(cache=True, fastmath=FAST)
 def _scatter(block, transposed, row, k, indptr, values):
     """Add a 3 x 3 block to the k-th block of a block row; of the diagonal block only its upper triangle."""
     for i in range(3):

@@ -70,7 +70,7 @@ def make(plate: Plate, spacing: Spacing, surface: Surface | None = None) -> Soli
         if any(isinstance(band.section, Curve) for band in plate.grooves + plate.protrusions):
             gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", EDGES_PER_TURN)
         points, tetrahedra = _tetrahedralise(gmsh, spacing)
-    box = MeshTet2(np.ascontiguousarray(points.T), tetrahedra[:, TO_SKFEM].T)
+    box = MeshTet2(np.ascontiguousarray(points.T), np.ascontiguousarray(tetrahedra[:, TO_SKFEM].T))
     flat = _check(box, exact)
     if surface is None:
         return flat

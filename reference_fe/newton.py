@@ -17,7 +17,7 @@ import numpy as np
 
 from reference_fe.linear_solver import SingularTangent
 
-PATIENCE = 10
+PATIENCE = 13
 PAIRS = 20
 MOST_FACTORS = 15
 MOST_ITERATIONS = 150

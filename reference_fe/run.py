@@ -6,6 +6,8 @@ Readings a solver must choose:
 - A point load is spread evenly over the line through the thickness at its (x, y), a patch load over
   the kept volume of its region; both are dead loads.
 - An initial angular velocity turns about the origin of space.
+- h is the level's size: every edge length that the mesh is asked for is a fixed multiple of it. The mean
+  volume of the tetrahedra is no measure, because in a thin plate it falls with the square of the size.
 - Steps divide each output interval evenly and are never longer than the level's time step.
 """
 
@@ -65,7 +67,7 @@ def solve(
     history = _march(scene, level, model, progress or (lambda fraction: None))
     return Result(
         **_header(scene, level),
-        h=edge_length(solid),
+        h=level.size,
         unknowns=3 * model.system.pattern.free.size,
         times=np.array(history.times),
         probe_position=np.array(model.probes) @ solid.mesh.doflocs.T,
@@ -107,11 +109,6 @@ class History:
     status: str = OK
     message: str = ""
     steps: int = 0
-
-
-def edge_length(solid: Solid) -> float:
-    """Edge (m) of the regular tetrahedron that has the mean volume of the mesh's tetrahedra."""
-    return float((6 * 2**0.5 * solid.volume / solid.tetrahedra) ** (1 / 3))
 
 
 def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:

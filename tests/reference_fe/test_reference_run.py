@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ def test_a_result_holds_what_it_promises(tmp_path):
     assert result.displacement.shape == (11, 2, 3) and result.displacement[0].any() == np.False_
     assert np.allclose(result.probe_position[0], [1, 1, 0]) and np.allclose(result.probe_position[1], [0.95, 0.95, 0])
     assert {"kinetic", "strain", "external"} == set(result.energies)
-    assert result.unknowns % 3 == 0 and 0.05 < result.h < 0.3
+    assert result.unknowns % 3 == 0 and result.h == 0.4
     assert math.isclose(result.facts["volume"], 0.05 - 0.2 * 0.02) and math.isclose(result.facts["mass"], 92.0)
     assert result.facts["factorisations"] < result.newton_iterations
     assert told == sorted(told) and told[-1] == 1.0
@@ -114,6 +115,20 @@ def test_a_body_without_supports_is_a_named_status():
     assert result.status == "singular_tangent" and "after t" in result.message
 
 
+def test_both_linear_solvers_give_one_answer(monkeypatch):
+    level = ReferenceLevel(size=0.4, time_step=0.1)
+    fast = solve(scene(), level)
+    monkeypatch.setitem(sys.modules, "pypardiso.pardiso_wrapper", None)
+    assert math.isclose(height(solve(scene(), level)), height(fast), rel_tol=1e-8)
+
+
+def test_generalized_alpha_agrees_up_to_its_damping():
+    kinds = ("trapezoidal", "generalized-alpha")
+    levels = [ReferenceLevel(size=0.4, time_step=0.02, integrator=kind) for kind in kinds]
+    answers = [height(solve(scene(), level)) for level in levels]
+    assert answers[0] != answers[1] and math.isclose(*answers, rel_tol=1e-3)
+
+
 @pytest.mark.parametrize("grooves", [[], [ONE_GROOVE]], ids=["plain", "grooved"])
 def test_estimate_is_about_right(grooves):
     for size in (0.3, 0.1):
@@ -131,7 +146,8 @@ def test_estimate_is_about_right(grooves):
 
 
 def test_calculix_plain_dynamic():
-    result = solve(scene(), ReferenceLevel(size=0.1, time_step=0.01))
+    """Its mesh of 5,532 unknowns, ours of about as many; steps of 0.02 and 0.01 s differ by 1e-5 m."""
+    result = solve(scene(), ReferenceLevel(size=0.14, time_step=0.02))
     assert math.isclose(height(result), -0.49940, rel_tol=3e-3)
 
 

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import BSpline, NdBSpline
+
+if TYPE_CHECKING:
+    from scipy.interpolate import BSpline, NdBSpline
 
 ITERATIONS = 100
 
@@ -53,6 +55,8 @@ class Curve:
     @cached_property
     def homogeneous(self) -> BSpline:
         """The spline of (w P, w)."""
+        from scipy.interpolate import BSpline  # a third of a second that a flat plate need not pay
+
         return BSpline(self.knots, _homogeneous(self.control_points, self.weights), self.degree)
 
 
@@ -87,6 +91,8 @@ class Surface:
     @cached_property
     def homogeneous(self) -> NdBSpline:
         """The tensor-product spline of (w P, w)."""
+        from scipy.interpolate import NdBSpline
+
         return NdBSpline(self.knots, _homogeneous(self.control_points, self.weights), self.degree)
 
 

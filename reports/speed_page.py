@@ -26,7 +26,7 @@ KERNELS = (
     Column("assembled_force_us", "force", ".2f", "µs per element", group="summed into the global arrays"),
     Column("assembled_tangent_us", "tangent", ".2f", "µs per element", group="summed into the global arrays"),
 )
-GROWTH = KERNELS[:6]
+GROWTH = (*KERNELS[:6], Column("peak_mb", "peak memory", ".0f", "MiB", about="of the whole process, both plates"))
 RUNS = (
     Column("what", "run"),
     Column("unknowns", "unknowns", ",d"),
@@ -100,8 +100,9 @@ def _kernels(found: dict[str, Any]) -> Iterator[Block]:
         "Point by point is the plain twin: the same integrals by a loop over their points, all elements at once.",
     ]
     yield Table("Force and tangent of 16x16 elements, SVK, exact rule", KERNELS, kernels.get("rows") or [], notes)
-    yield from _failure(growth)
-    rows = growth.get("rows") or []
+    for run in growth:
+        yield from _failure(run)
+    rows = [{**row, "peak_mb": run.get("peak_mb")} for run in growth for row in run.get("rows") or []]
     yield Table("Growth with the number of elements", GROWTH, rows)
     series = [
         Series(f"{what}, {plate}", role, [r["elements"] for r in own], [r[f"{what}_us"] for r in own])

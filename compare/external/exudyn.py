@@ -51,9 +51,9 @@ def cantilever(
     settings.timeIntegration.endTime = 1.0
     settings.timeIntegration.adaptiveStep = False
     settings.timeIntegration.generalizedAlpha.spectralRadius = 1.0
-    settings.linearSolverType = exudyn.LinearSolverType.EigenSparse
+    settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
     settings.parallel.numberOfThreads = 1
-    settings.solutionSettings.writeSolutionToFile = False
+    settings.solution.file.write = False
     begin = time.process_time()
     if plate.SolveDynamic(settings) is False:
         raise RuntimeError("exudyn found no solution")

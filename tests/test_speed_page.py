@@ -1,0 +1,134 @@
+"""The speed exhibit: costs read off curves, units in processes of their own, the page of what was measured."""
+
+import doctest
+import json
+
+import pytest
+
+from reports import speed, speed_curves
+from reports.speed_curves import Curves, cost_to
+from reports.speed_unit import Measured, command, measure
+
+
+def test_the_doctests_hold():
+    assert doctest.testmod(speed_curves).failed == 0
+
+
+def test_a_cost_on_a_power_law_is_exact():
+    """error = 8 / seconds^0.75: 1 % costs 16 s wherever the levels lie."""
+    seconds = [1.0, 5.0, 40.0]
+    assert cost_to([8 / t**0.75 for t in seconds], seconds, 1.0)[0] == pytest.approx(16.0, rel=1e-12)
+
+
+def test_a_cost_is_read_where_the_error_stays_below():
+    """An error that passes through zero and comes back is not yet below."""
+    seconds, why = cost_to([5.0, 0.01, 2.0, 0.5], [1.0, 2.0, 4.0, 16.0], 1.0)
+    assert seconds == pytest.approx(8.0) and why == ""
+
+
+@pytest.mark.parametrize(
+    ("errors", "why"), [([9.0, 3.0], "3 % away"), ([0.4, 0.1], "already within"), ([], "no level")]
+)
+def test_no_cost_is_extrapolated(errors, why):
+    seconds, words = cost_to(errors, [1.0] * len(errors), 1.0)
+    assert seconds is None and why in words
+
+
+def test_a_unit_runs_alone_with_one_thread():
+    measured = measure("growth", mesh=2, seconds=0.01)
+    assert measured.ok, measured.status
+    assert [row["distinct"] for row in measured.get("rows")] == [1, 2]
+    assert measured.get("peak_mb") > 0
+    assert measured.command.endswith("-m reports.speed_unit growth mesh=2 seconds=0.01")
+
+
+def test_a_failed_unit_says_why():
+    measured = measure("ancf", scene="no_such_scene", mesh=2, time_step=0.1)
+    assert measured.status.startswith("failed") and "no_such_scene" in measured.status
+    assert measured.get("cpu_seconds") is None
+
+
+def test_a_command_survives_the_shell():
+    words = command("curve", {"meshes": [2, 4], "scene": "plain"})
+    assert words.endswith("speed_unit curve 'meshes=[2, 4]' scene=plain")
+
+
+def row(solver, mesh, h, height, seconds):
+    known = {"unknowns": 10, "cpu_seconds": seconds, "peak_mb": 100.0, "status": "ok"}
+    return {"solver": solver, "mesh": mesh, "h": h, "height": height, "wall_seconds": seconds, **known}
+
+
+@pytest.fixture
+def curve():
+    """Both solvers tend to -1 m with order 2; the reference takes ten times as long for the same error."""
+    rows = [row("ancf", f"{n}x{n}", 1 / n, -1 + n**-2.0, n**2 / 100) for n in (4, 8, 16, 32)]
+    rows += [row("reference", f"h={1 / n}", 1 / n, -1 + n**-2.0, n**2 / 10) for n in (4, 8, 16, 32)]
+    return Measured("curve", {"meshes": [4], "sizes": [0.5]}, "ok", {"rows": rows})
+
+
+def test_the_ratio_of_two_known_curves(curve):
+    """1 % at n = 10: 1 s against 10 s."""
+    curves = Curves.of(curve)
+    assert curves.target == pytest.approx(-1.0)
+    assert curves.cost("ancf", 1.0)[0] == pytest.approx(1.0)
+    assert curves.ratio(1.0)[0] == pytest.approx(10.0)
+    assert curves.ratio(0.01)[0] is None
+
+
+@pytest.fixture
+def found(curve):
+    """Everything a budget could measure, made up; CalculiX absent, the large mesh failed."""
+    us = {f"{what}_us": 2.0 for what in ("force", "tangent", "assembled_force", "assembled_tangent")}
+    plates = ("plain", "one groove", "five grooves")
+    rows = [{"plate": name, "elements": 256, "distinct": 1, "setup_seconds": 0.1, **us} for name in plates]
+    run = {
+        "unknowns": 10,
+        "steps": 100,
+        "cpu_seconds": 1.5,
+        "wall_seconds": 2.0,
+        "split": {"force": 1.0},
+        "height": -0.5,
+    }
+    runs = [Measured("ancf", {"mesh": 16}, "ok", run)]
+    return {
+        "kernels": Measured("kernels", {}, "ok", {"rows": rows, "tangent_groove_ratio": 1.25}),
+        "growth": [Measured("growth", {"mesh": 16}, "ok", {"rows": rows})],
+        "ancf": runs,
+        "table5": None,
+        "reference": [Measured("reference", {"size": 0.1}, "ok", {**run, "tetrahedra": 5})],
+        "calculix": [Measured("calculix", {}, "absent: ccx is not on the path")],
+        "exudyn": None,
+        "many": Measured("newton", {"size": 0.01}, "failed: out of memory"),
+        "curve": curve,
+    }
+
+
+def test_the_page_says_what_was_met_missed_absent_and_failed(found, tmp_path):
+    path = speed.publish(found, "standard", tmp_path)
+    page, content = path.read_text(encoding="utf-8"), json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    figures = content["figures"]
+    assert set(figures) >= {
+        *(
+            "tangent_us",
+            "force_us",
+            "tangent_groove_ratio",
+            "cantilever16_cpu_s",
+            "table5_wall_s",
+            "cost_ratio_1_percent",
+        ),
+        *("reference_5532_cpu_s", "calculix_cpu_ratio", "reference_100k_step_s", "reference_100k_newton_s"),
+    }
+    assert figures["tangent_us"] == {"value": 2.0, "unit": "µs", "bar": 15, "met": True}
+    assert figures["tangent_groove_ratio"]["met"] is False
+    assert figures["cost_ratio_1_percent"]["met"] is False
+    assert figures["calculix_cpu_ratio"]["value"] is None and figures["table5_wall_s"]["met"] is None
+    assert "ccx is not on the path" in page and "out of memory" in page
+    assert all(f"reports.speed_unit {name}" in page for name in ("kernels", "ancf", "reference", "curve"))
+
+
+@pytest.mark.slow
+def test_the_quick_budget_measures_all_it_pays_for(tmp_path):
+    found = speed.gather("quick")
+    values = {figure.name: figure.value for figure in speed.figures(found)}
+    assert values["tangent_us"] and values["force_us"] and values["cantilever16_cpu_s"]
+    assert speed.publish(found, "quick", tmp_path).exists()

@@ -72,6 +72,13 @@ def test_a_thrown_plate_flies_straight():
     assert np.allclose(result.energies["kinetic"], 0.5 * 100 * 5, rtol=1e-12)
 
 
+def test_a_spun_plate_has_its_energy_of_rotation():
+    spun = scene(supports=[], loads=[], initial={"angular_velocity": [0.0, 0.0, 0.5]})
+    result = solve(spun, ReferenceLevel(size=0.4, time_step=0.1))
+    assert math.isclose(result.energies["kinetic"][0], 0.5 * 100 * (2 / 3) * 0.25, rel_tol=1e-12)
+    assert np.allclose(result.displacement[1, 0], [-0.0512, 0.0487, 0.0], atol=2e-3)  # a turn by 0.05, nearly rigid
+
+
 def test_a_nurbs_rectangle_equals_the_rectangle():
     """A bilinear NURBS patch of the same plate with other parameters, groove and loads in those parameters."""
     patch = {"kind": "nurbs", "degree": [1, 1], "knots": [[0, 0, 2, 2], [1, 1, 2, 2]]}

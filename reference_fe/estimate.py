@@ -15,7 +15,7 @@ CELLS = 60
 PER_PRISM, PER_CUBE = 8.4, 6.1  # tetrahedra on h x h through the thickness t: one layer, or so many x t / h
 PER_EDGE = 4  # tetrahedra more for each edge along a line that the mesh is graded toward
 UNKNOWNS = 6.3  # per tetrahedron
-PROCESS_MB, ASSEMBLY_KB, FACTOR_KB = 260, 8.0, 0.55
+PROCESS_MB, ASSEMBLY_KB, FACTOR_KB = 215, 3.2, 0.069  # the last two per unknown and per n^(4/3)
 
 
 def tetrahedra(plate: Plate, spacing: Spacing) -> int:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reference_fe.geometry import MeshError
+from reference_fe.geometry import Band, Curve, MeshError, Plate
 from reference_fe.loads import Load, face_share, line_share, load_at, region_share
 from reference_fe.mesh import Spacing, make
 from reference_fe.probes import point_weights
@@ -58,6 +58,22 @@ def test_point_probe_evaluates_a_quadratic_field_exactly(solid):
     for px, py, pz in [(0.31, 0.17, 0.02), (1.0, 0.8, 0.0), (0.0, 0.0, -0.05), (0.5, 0.4, 0.03)]:
         value = point_weights(solid, (px, py, pz)) @ field
         assert math.isclose(value, 1 + 2 * px - py + px * py - 3 * pz * pz + py * pz, rel_tol=1e-12)
+
+
+def test_point_probe_finds_its_place_in_curved_tetrahedra():
+    """Beside a quarter-circle wall of radius 0.05 m; the elements reproduce the coordinates themselves."""
+    w = 2**-0.5
+    points = [[0.3, 0], [0.3, 0.05], [0.35, 0.05], [0.4, 0.05], [0.45, 0.05], [0.5, 0.05], [0.5, 0]]
+    section = Curve(2, np.array(points), np.array([1, w, 1, 1, 1, w, 1]), KNOTS)
+    plate = Plate(1.0, 0.8, 0.1, grooves=(Band(-1, 0, (0.3, 0.5), (0.0, 1.0), section),))
+    solid = make(plate, Spacing(0.3))
+    for angle in np.linspace(0.1, 1.4, 5):
+        y, z = 0.35 - 0.053 * math.cos(angle), -0.05 + 0.053 * math.sin(angle)
+        weights = point_weights(solid, (0.41, y, z))
+        assert np.allclose(solid.box.doflocs @ weights, [0.41, y, z], atol=1e-12)
+
+
+KNOTS = np.array([0, 0, 0, 1, 1, 2, 2, 3, 3, 3])
 
 
 @pytest.mark.parametrize("at", [(0.5, 0.4, -0.03), (1.1, 0.4, 0.0)], ids=["in the groove", "beside the plate"])

@@ -20,7 +20,7 @@ POINTS = (7, 7, 3)
 MATERIAL = from_engineering(2.0e6, 0.0)
 DENSITY = 2000.0
 AMOUNT = 1e-3  # m: size of the random displacement at which kernels are timed
-FEWEST = 5  # calls of each kernel at least
+BURST = 3  # calls of a kernel in a row
 
 ONE = (Band(BOTTOM, GROOVE, 0, (0.21, 0.29), 0.03),)
 FIVE = tuple(Band(BOTTOM, GROOVE, 0, (y - 0.03, y + 0.03), 0.02) for y in (0.1, 0.3, 0.5, 0.7, 0.9))
@@ -56,6 +56,7 @@ def kernels(mesh: int = 16, seconds: float = 3.0) -> dict[str, Any]:
     For each plate: its element arrays alone ("force_us", "tangent_us") and the same with the sums into the
     global vector and matrix ("assembled_..."), in CPU microseconds per element; the number of distinct elements
     and the CPU seconds to set it up. "tangent_groove_ratio": the dearer of one and five grooves over plain.
+    "product_gflops": the machine's own speed in the same process.
     """
     sharing = {name: (lambda name=name: uniform(mesh, name)) for name in GROOVES}
     distinct = {
@@ -68,7 +69,13 @@ def kernels(mesh: int = 16, seconds: float = 3.0) -> dict[str, Any]:
         rows += _rows({name: make}, mesh, seconds / 4)
     tangents = {row["plate"]: row["tangent_us"] for row in rows}
     ratio = max(tangents["one groove"], tangents["five grooves"]) / tangents["plain"]
-    return {"rows": rows, "tangent_groove_ratio": ratio}
+    return {"rows": rows, "tangent_groove_ratio": ratio, "product_gflops": _product_gflops()}
+
+
+def _product_gflops(side: int = 400) -> float:
+    """Speed (10^9 operations per CPU second) of a BLAS matrix product here: what the kernels could reach at best."""
+    matrix = np.random.default_rng(0).standard_normal((side, side))
+    return 2e-9 * side**3 / alternate({"product": lambda: matrix @ matrix}, 0.2)["product"]
 
 
 def growth(mesh: int, seconds: float = 1.0) -> dict[str, Any]:
@@ -124,18 +131,18 @@ def _spend(plate: Body, Q: np.ndarray) -> None:
 
 
 def alternate(calls: dict[Any, Callable[[], Any]], seconds: float) -> dict[Any, float]:
-    """Least CPU time (s) of each call: all in turn, until `seconds` are spent and each was called FEWEST times.
+    """Least CPU time (s) of each call: all in turn, until `seconds` are spent and each had its turn twice.
 
-    What disturbs the machine disturbs all of them; the least time is what a call costs undisturbed.
+    In its turn each is called BURST times in a row, as Newton's method does. What disturbs the machine
+    disturbs all of them; the least time is what a call costs undisturbed.
     """
     least = dict.fromkeys(calls, np.inf)
-    for call in calls.values():
-        call()
     end, rounds = time.perf_counter() + seconds, 0
-    while rounds < FEWEST or time.perf_counter() < end:
+    while rounds < 2 or time.perf_counter() < end:
         for name, call in calls.items():
-            begin = time.process_time()
-            call()
-            least[name] = min(least[name], time.process_time() - begin)
+            for _ in range(BURST):
+                begin = time.process_time()
+                call()
+                least[name] = min(least[name], time.process_time() - begin)
         rounds += 1
     return least

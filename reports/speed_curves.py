@@ -82,6 +82,22 @@ class Curves:
         (ours, _), (theirs, _) = found["ancf"], found["reference"]
         return (theirs / ours if ours and theirs else None), words + "."
 
+    def why(self, percent: float) -> list[str]:
+        """What each solver's first level that stays within an error pays for, one sentence each."""
+        return [words for solver in NAMES for words in self._why(solver, percent)]
+
+    def _why(self, solver: str, percent: float) -> list[str]:
+        above = [k for k, error in enumerate(self.errors(solver)) if error > percent]
+        if not above or above[-1] + 1 == len(self.rows[solver]):
+            return []
+        row = self.rows[solver][above[-1] + 1]
+        iterations, each = row["newton_iterations"], row["wall_seconds"] / row["newton_iterations"]
+        return [
+            f"{NAMES[solver]}: within {percent:g} % from {row['mesh']} on: {row['unknowns']} unknowns, "
+            f"{row['steps']} steps, {iterations} Newton iterations with {row['factorisations']} factorisations, "
+            f"{1e3 * each:.2g} ms an iteration, {1e6 * each / row['unknowns']:.2g} µs an iteration and unknown."
+        ]
+
     def costs(self) -> list[dict[str, Any]]:
         """Cost of each solver to each of COSTS, with the reason where there is none."""
         return [

@@ -9,7 +9,7 @@ from compare.plots import Series, log_plot
 from compare.report import Block, Bullets, Column, Commands, Facts, Page, Plots, Section, Table, Text, Verdict
 from compare.verdict import Figure
 from reports.speed_curves import NAMES, Curves
-from reports.speed_unit import Measured
+from reports.speed_unit import Measured, measurements
 
 TITLE = "What both solvers cost"
 LEAD = (
@@ -46,6 +46,8 @@ CURVE = (
     Column("unknowns", "unknowns", ",d"),
     Column("height", "height of P", ".6f", "m"),
     Column("error", "error", ".3g", "%"),
+    Column("newton_iterations", "Newton iterations", ",d"),
+    Column("factorisations", "factorisations", ",d"),
     Column("wall_seconds", "least of three", ".3f", "s wall"),
     Column("cpu_seconds", "last", ".3f", "s CPU"),
     Column("peak_mb", "peak memory", ".0f", "MiB"),
@@ -70,8 +72,8 @@ def page(found: dict[str, Any], judged: Sequence[Figure], curves: Curves, budget
         Section("precision", "Work and precision", list(_precision(curves)), "Precision"),
         Section("peers", "Other codes", [_peers(found)], "Peers"),
         Section("limits", "What these numbers do not say", [Bullets(LIMITS)], "Not said"),
-        Section("again", "Every number again", [_commands(found)], "Again"),
-        Section("provenance", "Provenance", [_provenance(about)], "Provenance"),
+        Section("again", "Every number again", [_commands(found, judged)], "Again"),
+        Section("provenance", "Provenance", [_provenance(about, found["load"])], "Provenance"),
     ]
     return Page(TITLE, LEAD, parts, f"Groovecheck, {about['date']}")
 
@@ -187,7 +189,8 @@ def _precision(curves: Curves) -> Iterator[Block]:
         for solver, seen in curves.convergence.items()
     ]
     yield Table("Levels", CURVE, rows, [words.replace("-", "\u2212") for words in limits])
-    yield Table("Cost of a stated error", COSTS, [{**c, "solver": NAMES[c["solver"]]} for c in curves.costs()])
+    costs = [{**cost, "solver": NAMES[cost["solver"]]} for cost in curves.costs()]
+    yield Table("Cost of a stated error", COSTS, costs, curves.why(1.0))
 
 
 def _peers(found: dict[str, Any]) -> Table:
@@ -212,14 +215,14 @@ LIMITS = (
 )
 
 
-def _commands(found: dict[str, Any]) -> Commands:
-    runs: list[Measured] = []
-    for value in found.values():
-        runs += [run for run in (value if isinstance(value, list) else [value]) if isinstance(run, Measured)]
-    unique = {run.command: run.name for run in runs}
-    return Commands([("make bench", "this page"), *unique.items()])
+def _commands(found: dict[str, Any], judged: Sequence[Figure]) -> Commands:
+    """Every command, with the figures that it measures again."""
+    names = {run.command: [f.name for f in judged if f.note.endswith(run.command)] for run in measurements(found)}
+    items = [(", ".join(figures) or "another row of the tables", command) for command, figures in names.items()]
+    return Commands([("make bench", "this page"), *((command, what) for what, command in items)])
 
 
-def _provenance(about: dict[str, Any]) -> Facts:
+def _provenance(about: dict[str, Any], load: float) -> Facts:
     versions = ", ".join(f"{name} {number or 'absent'}" for name, number in about["versions"].items())
-    return Facts([*((key, value) for key, value in about.items() if key != "versions"), ("versions", versions)])
+    facts = [(key, value) for key, value in about.items() if key != "versions"]
+    return Facts([*facts, ("load before", f"{load:.1f} processes wanted the machine"), ("versions", versions)])

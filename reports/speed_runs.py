@@ -200,6 +200,9 @@ def curve(meshes: list[int], sizes: list[float], time_step: float = 0.02) -> dic
             "height": height(e),
             "wall_seconds": e.wall_seconds,
             "cpu_seconds": e.result and e.result.cpu_seconds,
+            "steps": e.result and e.result.steps,
+            "newton_iterations": e.result and e.result.newton_iterations,
+            "factorisations": e.result and e.result.facts.get("factorisations"),
             "peak_mb": e.result and e.result.peak_mb,
             "status": e.status,
         }

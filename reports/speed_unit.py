@@ -34,7 +34,7 @@ UNITS = {
     "exudyn": "reports.speed_runs.exudyn_run",
 }
 PYTHON = os.path.relpath(sys.executable) if sys.executable.startswith(os.getcwd()) else sys.executable
-TAIL = 600  # characters of a failed unit's message that are kept
+TAIL = 2000  # characters of a failed unit's standard error that are kept
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,17 @@ def measure(name: str, **arguments: Any) -> Measured:
     try:
         values = json.loads(run.stdout)
     except json.JSONDecodeError:
-        said = run.stderr.strip()[-TAIL:] or f"exit status {run.returncode}"
-        return Measured(name, arguments, f"failed: {said}")
+        said = run.stderr.strip()
+        last = said.splitlines()[-1] if said else f"exit status {run.returncode}"
+        return Measured(name, arguments, f"failed: {last}", {"trace": said[-TAIL:]})
     status = values.pop("status", "ok")
     return Measured(name, arguments, status, {**values, "process_wall_seconds": wall})
+
+
+def measurements(found: dict[str, Any]) -> list[Measured]:
+    """All measurements in the lists and values of a dict, in order."""
+    values = [item for value in found.values() for item in (value if isinstance(value, list) else [value])]
+    return [value for value in values if isinstance(value, Measured)]
 
 
 def main(words: Sequence[str] | None = None) -> int:

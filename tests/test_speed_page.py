@@ -55,6 +55,7 @@ def test_a_command_survives_the_shell():
 
 def row(solver, mesh, h, height, seconds):
     known = {"unknowns": 10, "cpu_seconds": seconds, "peak_mb": 100.0, "status": "ok"}
+    known |= {"steps": 50, "newton_iterations": 200, "factorisations": 20}
     return {"solver": solver, "mesh": mesh, "h": h, "height": height, "wall_seconds": seconds, **known}
 
 
@@ -73,6 +74,10 @@ def test_the_ratio_of_two_known_curves(curve):
     assert curves.cost("ancf", 1.0)[0] == pytest.approx(1.0)
     assert curves.ratio(1.0)[0] == pytest.approx(10.0)
     assert curves.ratio(0.01)[0] is None
+    assert [words.partition(",")[0] for words in curves.why(1.0)] == [
+        "ANCF: within 1 % from 16x16 on: 10 unknowns",
+        "reference: within 1 % from h=0.0625 on: 10 unknowns",
+    ]
 
 
 @pytest.fixture
@@ -91,6 +96,7 @@ def found(curve):
     }
     runs = [Measured("ancf", {"mesh": 16}, "ok", run)]
     return {
+        "load": 0.5,
         "kernels": Measured("kernels", {}, "ok", {"rows": rows, "tangent_groove_ratio": 1.25, "product_gflops": 9}),
         "growth": [Measured("growth", {"mesh": 16}, "ok", {"rows": rows})],
         "ancf": runs,

@@ -250,6 +250,8 @@ def _cost_figures(found: Found) -> list[Figure]:
     made = []
     for percent, name in ((1.0, "1"), (0.1, "0.1")):
         ratio, why = curves.ratio(percent)
+        cpu, _ = curves.ratio(percent, "cpu")
+        why += "" if cpu is None else f" The ratio of CPU times is {cpu:.3g}."
         words = f"Patch-loaded plain cantilever, wall time, same steps; errors from {curves.target_words}. {why}"
         label = f"Cost to {name} %: reference over ANCF"
         against = "cross-code: the other solver on the same question"

@@ -64,17 +64,17 @@ class Curves:
         """Percent of the target, by level."""
         return [100 * abs(row["height"] / self.target - 1) for row in self.rows[solver]] if self.target else []
 
-    def seconds(self, solver: str) -> list[float]:
-        """Least wall seconds, by level."""
-        return [row["wall_seconds"] for row in self.rows[solver]]
+    def seconds(self, solver: str, kind: str = "wall") -> list[float]:
+        """Least wall or CPU seconds, by level."""
+        return [row[f"{kind}_seconds"] for row in self.rows[solver]]
 
-    def cost(self, solver: str, percent: float) -> tuple[float | None, str]:
-        """Wall seconds to an error, or why they are not known."""
-        return cost_to(self.errors(solver), self.seconds(solver), percent)
+    def cost(self, solver: str, percent: float, kind: str = "wall") -> tuple[float | None, str]:
+        """Wall or CPU seconds to an error, or why they are not known."""
+        return cost_to(self.errors(solver), self.seconds(solver, kind), percent)
 
-    def ratio(self, percent: float) -> tuple[float | None, str]:
+    def ratio(self, percent: float, kind: str = "wall") -> tuple[float | None, str]:
         """Reference over ANCF, and both costs in words."""
-        found = {solver: self.cost(solver, percent) for solver in NAMES}
+        found = {solver: self.cost(solver, percent, kind) for solver in NAMES}
         words = "; ".join(
             f"{NAMES[solver]}: {f'{seconds:.3g} s' if seconds is not None else why}"
             for solver, (seconds, why) in found.items()
@@ -101,8 +101,8 @@ class Curves:
     def costs(self) -> list[dict[str, Any]]:
         """Cost of each solver to each of COSTS, with the reason where there is none."""
         return [
-            {"solver": solver, "percent": percent, "seconds": seconds, "refused": why or None}
+            {"solver": solver, "percent": percent, "seconds": seconds, "cpu_seconds": cpu, "refused": why or None}
             for percent in COSTS
             for solver in NAMES
-            for seconds, why in [self.cost(solver, percent)]
+            for (seconds, why), (cpu, _) in [[self.cost(solver, percent, kind) for kind in ("wall", "cpu")]]
         ]

@@ -59,7 +59,8 @@ class Convergence:
     """What a sequence of values says about its limit; each number is None where it is not allowed.
 
     sequence: "monotone", "oscillating", "diverging", "plateau", or None below three levels.
-    order: observed order p, only for a monotone sequence. extrapolated: Richardson value.
+    order: observed order p, only for a monotone sequence. taken: the order that limit and band are
+    drawn with, p or the highest that theory allows. extrapolated: Richardson value.
     gci: half width of the band around the finest value. refused: why the band is refused.
     used: indices (coarse to fine) of the three levels behind the numbers. fit: over all levels,
     where there are more than three and the fit exists.
@@ -73,6 +74,7 @@ class Convergence:
     used: tuple[int, ...] = ()
     fit: Fit | None = None
     value: float | None = None
+    taken: float | None = None
 
     @property
     def band(self) -> Band | None:
@@ -90,6 +92,7 @@ def study(
     values: Sequence[float | None],
     orders: tuple[float, float] = ORDERS,
     noise: float = NOISE,
+    highest: float = np.inf,
 ) -> Convergence:
     """Convergence of `values` (None or not finite: a failed level) over element lengths `h`, in any order of levels.
 
@@ -100,6 +103,9 @@ def study(
     elements earns (the displacement of quadratic tetrahedra and of cubic Hermite plates converges
     with order 4 at most). With four levels or more it also needs the levels without the finest to
     show nearly the same order, else the sequence is not yet in its asymptotic range.
+    `highest`: the order that theory allows in the limit, for example at a singular edge. A higher
+    observed one is passing: it is reported, but limit and band are drawn with `highest` (Eça and
+    Hoekstra do the same with the formal order).
     Raises ValueError where lengths differ or an h is not positive or occurs twice.
     """
     h, known = _checked(h, values)
@@ -119,10 +125,11 @@ def study(
         return replace(found, refused=REFUSED[sequence])
     order = observed_order(h[used], known[used])
     found = replace(found, order=order)
-    if refused := _implausible(order, orders) or _unsettled(order, h[:-1], known[:-1]):
+    if refused := _implausible(order, orders) or _unsettled(order, h[:-1], known[:-1], highest):
         return replace(found, refused=refused)
-    limit = richardson(h[used[1:]], known[used[1:]], order)
-    return replace(found, extrapolated=limit, gci=SAFETY * abs(limit - float(known[-1])))
+    taken = min(order, highest)
+    limit = richardson(h[used[1:]], known[used[1:]], taken)
+    return replace(found, taken=taken, extrapolated=limit, gci=SAFETY * abs(limit - float(known[-1])))
 
 
 REFUSED = {
@@ -137,15 +144,19 @@ def _implausible(order: float, orders: tuple[float, float]) -> str | None:
     return None if low <= order <= high else f"implausible order: {order:.3g} outside {low} to {high}"
 
 
-def _unsettled(order: float, h: np.ndarray, values: np.ndarray) -> str | None:
-    """Why the levels before the finest contradict its order; None where they agree or are too few to tell."""
+def _unsettled(order: float, h: np.ndarray, values: np.ndarray, highest: float) -> str | None:
+    """Why the levels before the finest contradict its order; None where they agree or are too few to tell.
+
+    Orders above the highest that the limit allows count as that one.
+    """
     before = _spread(h)
     if len(before) < 3:
         return None
     earlier = observed_order(h[before], values[before])
     if earlier is None:
         return f"unsettled order: the levels before the finest have none, with it {order:.3g}"
-    if max(order, earlier) > SETTLED * min(order, earlier):
+    low, high = sorted((min(order, highest), min(earlier, highest)))
+    if high > SETTLED * low:
         return f"unsettled order: {earlier:.3g} before the finest level, {order:.3g} with it"
     return None
 

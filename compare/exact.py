@@ -69,6 +69,19 @@ def elastica_end_shear(load: float) -> tuple[float, float, float]:
     return float(deflection), float(1 - np.sqrt(2 * np.sin(theta) / load)), float(theta)
 
 
+def reentrant_order(angle: float) -> float:
+    """Order in h of an energy or compliance at a free re-entrant edge whose material fills `angle` (rad, pi to 2 pi).
+
+    Stress grows like r^(lambda - 1) there, lambda the least positive root of
+    sin(lambda angle) = -lambda sin(angle), and the energy error of uniformly refined elements of any
+    degree falls like h^(2 lambda) (Williams, J. Appl. Mech. 19 (1952) 526; Strang and Fix, chapter 8).
+    1.0890 at the floor of a rectangular groove (angle 3 pi / 2), 1 at a crack.
+    """
+    if not np.pi < angle <= 2 * np.pi:
+        raise ValueError(f"a re-entrant edge has an angle above pi and up to 2 pi, got {angle}")
+    return 2 * brentq(lambda x: np.sin(x * angle) + x * np.sin(angle), 0.5 - 1e-9, 1 - 1e-9, xtol=1e-14)
+
+
 def _modulus(theta: float) -> tuple[float, float]:
     """Parameter m = k^2 and amplitude phi of the elliptic integrals for an end rotation theta (rad)."""
     m = (1 + np.sin(theta)) / 2

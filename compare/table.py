@@ -11,7 +11,8 @@ A row is a dict with exactly the keys of KEYS; null (None) where a key does not 
 - paper: the printed height for that mesh, for the reference the printed converged one.
 - error_..._percent: 100 (value - against) / against, negative where the height is the smaller one;
   reference: the finest successful reference level of the same scene.
-- order, sequence, extrapolated, gci_percent: of the series' levels up to that row (convergence.study).
+- order, sequence, extrapolated, gci_percent: of the series' levels up to that row (convergence.study,
+  with `highest_order`).
 - wall_seconds: least of the runs. peak_mb: MiB of the whole process. status: "ok" or the failure's name.
 
 The rows hold the ladders only; the sensitivity variants of a scene are `sensitivity(entries)`.
@@ -22,10 +23,11 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 from compare.convergence import Convergence, study
-from compare.exact import Value, cross_code, published
+from compare.exact import Value, cross_code, published, reentrant_order
 from compare.scene import Level
 from compare.study import AS_STATED, Entry, level_name
 
@@ -82,7 +84,15 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
     h = [other.result.h for other in coarser]
     if len(set(h)) < len(h):
         return Convergence(None, refused="two levels of equal h", value=height(entry))
-    return study(h, [height(other) for other in coarser])
+    return study(h, [height(other) for other in coarser], highest=highest_order(entry))
+
+
+def highest_order(entry: Entry) -> float:
+    """Order that theory allows a series in the limit: a solid is singular at the re-entrant edges of a band
+    of rectangular section; without such edges there is no bound. A plate has no such edge in its kinematics."""
+    bands = (*entry.scene.grooves, *entry.scene.protrusions)
+    singular = entry.solver == "reference" and any(band.profile is None for band in bands)
+    return reentrant_order(1.5 * math.pi) if singular else math.inf
 
 
 def _row(entry: Entry, entries: list[Entry], found: Convergence) -> Row:

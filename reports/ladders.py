@@ -83,7 +83,10 @@ def band_words(ladder: Ladder) -> str:
     if seen.band is None:
         return f"No band: {seen.refused}."
     limits = f"{seen.band.lower:.5f} to {seen.band.upper:.5f} m".replace("-", "\u2212")
-    return f"Band {limits} around the finest value, order {seen.order:.2f}, {seen.sequence}."
+    order = f"order {seen.order:.2f}"
+    if seen.taken < seen.order:
+        order += f" (band drawn with {seen.taken:.2f}, the limit at re-entrant edges)"
+    return f"Band {limits} around the finest value, {order}, {seen.sequence}."
 
 
 def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
@@ -95,6 +98,7 @@ def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
             "levels": len(ladder.solved),
             "sequence": ladder.convergence.sequence,
             "order": ladder.convergence.order,
+            "taken": ladder.convergence.taken,
             "extrapolated": ladder.convergence.extrapolated,
             "lower": ladder.convergence.band and ladder.convergence.band.lower,
             "upper": ladder.convergence.band and ladder.convergence.band.upper,

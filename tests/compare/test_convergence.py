@@ -213,3 +213,23 @@ def test_bands_overlap_when_they_share_a_value():
 def test_equal_or_negative_h_are_an_error(h):
     with pytest.raises(ValueError, match="element lengths"):
         study(h, [1, 2, 3])
+
+
+def test_an_order_above_the_highest_is_reported_but_not_extrapolated_with():
+    """v = 1 + h^2 on halved levels: the last change is 3 h^2 of the finest, a first order leaves as much again."""
+    h = [0.4, 0.2, 0.1]
+    values = [1 + x**2 for x in h]
+    free, bound = study(h, values), study(h, values, highest=1.0)
+    assert free.taken == pytest.approx(2.0) and free.extrapolated == pytest.approx(1.0)
+    assert bound.order == pytest.approx(2.0) and bound.taken == 1.0
+    assert bound.extrapolated == pytest.approx(values[-1] - (values[-2] - values[-1]))
+    assert bound.gci == pytest.approx(1.25 * 0.03)
+
+
+def test_orders_above_the_highest_count_as_settled():
+    """Orders 4 then 1.8 contradict each other, unless both are above what the limit allows."""
+    h, values = [0.8, 0.4, 0.2, 0.1], [1.0]
+    for change in (0.16, 0.01, 0.01 / 2**1.8):
+        values.append(values[-1] - change)
+    assert "unsettled" in study(h, values).refused
+    assert study(h, values, highest=1.0).refused is None

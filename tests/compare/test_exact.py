@@ -13,6 +13,7 @@ from compare.exact import (
     elastica_end_moment,
     elastica_end_shear,
     published,
+    reentrant_order,
 )
 from compare.scene import load
 
@@ -109,3 +110,12 @@ def test_cross_code_values_do_not_answer_another_question(key):
     asked = stated.override({key: OTHER_QUESTIONS[key]})
     assert cross_code(stated)
     assert not {value.value for value in cross_code(asked)} & {value.value for value in cross_code(stated)}
+
+
+def test_the_order_at_a_reentrant_edge_is_that_of_the_known_corners():
+    """A crack has 2 lambda = 1; the L-shaped corner lambda = 0.544484 (Williams 1952); a flat edge 2."""
+    assert reentrant_order(2 * np.pi) == pytest.approx(1.0, abs=1e-9)
+    assert reentrant_order(1.5 * np.pi) / 2 == pytest.approx(0.544484, abs=1e-6)
+    assert reentrant_order(1.001 * np.pi) == pytest.approx(2.0, abs=0.02)
+    with pytest.raises(ValueError, match="re-entrant"):
+        reentrant_order(0.5 * np.pi)

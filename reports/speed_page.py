@@ -153,7 +153,8 @@ def _row(run: Measured, what: str) -> dict[str, Any]:
 def _splits(found: dict[str, Any]) -> Iterator[Block]:
     """Seconds and shares by part of each run that tells them."""
     ancf = [(f"ANCF {run.arguments['mesh']}x{run.arguments['mesh']}", run) for run in found["ancf"] if run.ok]
-    solid = [(f"reference, {run.get('unknowns')} unknowns", run) for run in found["reference"][:1] if run.ok]
+    solved = sorted((run for run in found["reference"] if run.ok), key=lambda run: run.get("cpu_seconds") or 0.0)
+    solid = [(f"reference, {run.get('unknowns')} unknowns", run) for run in solved[:1]]
     for caption, runs, per_step in (("ANCF, CPU", ancf, True), ("Reference, wall", solid, True)):
         rows = [_split(name, run, run.get("steps") if per_step else 1) for name, run in runs]
         parts = list(runs[0][1].get("split")) if runs else []

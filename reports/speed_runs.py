@@ -318,7 +318,6 @@ def calculix_run(size: float, time_step: float, until: float = 1.0) -> dict[str,
         "cpu_seconds": answer.cpu_seconds,
         "wall_seconds": answer.wall_seconds,
         "steps": len(answer.times),
-        "ccx_peak_mb": answer.peak_mb,
     }
 
 

@@ -61,7 +61,6 @@ class Answer:
     displacement: np.ndarray
     wall_seconds: float
     cpu_seconds: float
-    peak_mb: float
 
 
 def available() -> bool:
@@ -93,7 +92,7 @@ def solve(problem: Problem) -> Answer:
     times, displacement = read(text, problem.printed)
     if abs(times[-1] - problem.until) > 1e-5 * problem.until:
         raise CalculixError(f"{PROGRAM} ended at t = {times[-1]:g} s, wanted {problem.until:g} s")
-    return Answer(times, displacement, wall, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 2**10)
+    return Answer(times, displacement, wall, usage.ru_utime + usage.ru_stime)
 
 
 def _run(folder: Path):

@@ -139,4 +139,4 @@ def test_a_bar_pulled_along_its_axis_stretches_as_the_closed_form_says():
     answer = calculix.solve(problem)
     assert answer.times.tolist() == [0.25, 0.5, 0.75, 1.0]
     np.testing.assert_allclose(answer.displacement[-1], np.tile([e, 0, 0], (len(face), 1)), atol=1e-5)
-    assert answer.cpu_seconds > 0 and answer.peak_mb > 0
+    assert 0 < answer.cpu_seconds and 0 < answer.wall_seconds

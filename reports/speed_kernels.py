@@ -67,15 +67,18 @@ def kernels(mesh: int = 16, seconds: float = 3.0) -> dict[str, Any]:
     rows = _rows(sharing, mesh, seconds)
     for name, make in distinct.items():
         rows += _rows({name: make}, mesh, seconds / 4)
-    tangents = {row["plate"]: row["tangent_us"] for row in rows}
-    ratio = max(tangents["one groove"], tangents["five grooves"]) / tangents["plain"]
-    return {"rows": rows, "tangent_groove_ratio": ratio, "product_gflops": _product_gflops()}
+    ratios = {row["plate"]: row["tangent_ratio"] for row in rows}
+    return {
+        "rows": rows,
+        "tangent_groove_ratio": max(ratios["one groove"], ratios["five grooves"]),
+        "product_gflops": _product_gflops(),
+    }
 
 
 def _product_gflops(side: int = 400) -> float:
     """Speed (10^9 operations per CPU second) of a BLAS matrix product here: what the kernels could reach at best."""
     matrix = np.random.default_rng(0).standard_normal((side, side))
-    return 2e-9 * side**3 / alternate({"product": lambda: matrix @ matrix}, 0.2)["product"]
+    return 2e-9 * side**3 / alternate({"product": lambda: matrix @ matrix}, 0.2)["product"].min()
 
 
 def growth(mesh: int, seconds: float = 1.0) -> dict[str, Any]:
@@ -85,7 +88,7 @@ def growth(mesh: int, seconds: float = 1.0) -> dict[str, Any]:
 
 
 def _rows(makers: dict[str, Callable[[], Body]], mesh: int, seconds: float, what=None) -> list[dict[str, Any]]:
-    """One row per plate; their kernels alternate."""
+    """One row per plate; their kernels alternate. "tangent_ratio": median over rounds of tangent over the first's."""
     rows, calls = [], {}
     for name, make in makers.items():
         begin = time.process_time()
@@ -94,8 +97,12 @@ def _rows(makers: dict[str, Callable[[], Body]], mesh: int, seconds: float, what
         rows.append({"plate": name, "mesh": mesh, "elements": mesh**2, "distinct": plate.shapes})
         rows[-1]["setup_seconds"] = setup
         calls |= {(name, kind): call for kind, call in _calls(plate, what or WHAT).items()}
-    for (name, kind), value in alternate(calls, seconds).items():
-        next(row for row in rows if row["plate"] == name)[f"{kind}_us"] = 1e6 * value / mesh**2
+    found = alternate(calls, seconds)
+    for row in rows:
+        for kind in what or WHAT:
+            row[f"{kind}_us"] = 1e6 * found[row["plate"], kind].min() / mesh**2
+        first = found[rows[0]["plate"], "tangent"]
+        row["tangent_ratio"] = float(np.median(found[row["plate"], "tangent"] / first))
     return rows
 
 
@@ -130,19 +137,20 @@ def _spend(plate: Body, Q: np.ndarray) -> None:
         pass
 
 
-def alternate(calls: dict[Any, Callable[[], Any]], seconds: float) -> dict[Any, float]:
-    """Least CPU time (s) of each call: all in turn, until `seconds` are spent and each had its turn twice.
+def alternate(calls: dict[Any, Callable[[], Any]], seconds: float) -> dict[Any, np.ndarray]:
+    """Least CPU time (s) of each call in each round (n,): all have their turn, round after round, for `seconds`.
 
-    In its turn each is called BURST times in a row, as Newton's method does. What disturbs the machine
-    disturbs all of them; the least time is what a call costs undisturbed.
+    In its turn a call is made BURST times in a row, as Newton's method does. The least of all rounds is what
+    a call costs undisturbed; ratios are taken within rounds, where what disturbs one call disturbs its neighbours.
     """
-    least = dict.fromkeys(calls, np.inf)
-    end, rounds = time.perf_counter() + seconds, 0
-    while rounds < 2 or time.perf_counter() < end:
+    rounds: dict[Any, list[float]] = {name: [] for name in calls}
+    end = time.perf_counter() + seconds
+    while len(next(iter(rounds.values()))) < 2 or time.perf_counter() < end:
         for name, call in calls.items():
+            least = np.inf
             for _ in range(BURST):
                 begin = time.process_time()
                 call()
-                least[name] = min(least[name], time.process_time() - begin)
-        rounds += 1
-    return least
+                least = min(least, time.process_time() - begin)
+            rounds[name].append(least)
+    return {name: np.array(found) for name, found in rounds.items()}

@@ -23,10 +23,11 @@ KERNELS = (
     Column("setup_seconds", "set-up", ".3f", "s CPU"),
     Column("force_us", "force", ".2f", "µs per element", group="element arrays alone"),
     Column("tangent_us", "tangent", ".2f", "µs per element", group="element arrays alone"),
+    Column("tangent_ratio", "tangent", ".3f", "of the first", group="element arrays alone", about="median over rounds"),
     Column("assembled_force_us", "force", ".2f", "µs per element", group="summed into the global arrays"),
     Column("assembled_tangent_us", "tangent", ".2f", "µs per element", group="summed into the global arrays"),
 )
-GROWTH = (*KERNELS[:6], Column("peak_mb", "peak memory", ".0f", "MiB", about="of the whole process, both plates"))
+GROWTH = (*KERNELS[:7], Column("peak_mb", "peak memory", ".0f", "MiB", about="of the whole process, both plates"))
 RUNS = (
     Column("what", "run"),
     Column("unknowns", "unknowns", ",d"),

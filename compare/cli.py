@@ -7,6 +7,7 @@ import importlib
 import importlib.util
 import signal
 import sys
+import tempfile
 import tomllib
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 OUT = Path("reports/build")
 OK, REFUSED, WRONG, INTERRUPTED = 0, 1, 2, 130
+ALONE = {"companions": [], "study": "scene", "published": None}  # a shipped scene whose physics was changed
 
 DESCRIPTION = """\
 How far a fast plate model can be trusted: plates with grooves by the absolute nodal
@@ -173,7 +175,7 @@ def _table(options: argparse.Namespace) -> int:
 def _check(options: argparse.Namespace) -> int:
     from compare import gate
 
-    scenes = _with_companions(options.scene)
+    scenes = _with_companions(options.scene, as_named=True)
     baseline = gate.read(_baseline(scenes[0]))
     entries, rows = _solved(scenes, options, "quick")
     verdict = gate.check(rows, baseline)
@@ -209,9 +211,8 @@ def _accept(options: argparse.Namespace) -> int:
 
 def _explain(options: argparse.Namespace) -> int:
     from compare.explain import explain
-    from compare.scene import load
 
-    print("\n".join(explain(load(options.scene), options.budget, SOLVERS)))
+    print("\n".join(explain(_with_companions(options.scene)[0], options.budget, SOLVERS)))
     return OK
 
 
@@ -227,13 +228,34 @@ def _scenes(options: argparse.Namespace) -> int:
     return OK
 
 
-def _with_companions(name: str) -> list[Scene]:
-    """The scene and its companions, which are shipped names or paths relative to the scene's file."""
+def _with_companions(name: str, as_named: bool = False) -> list[Scene]:
+    """The scene and its companions, which are shipped names or paths relative to the scene's file.
+
+    as_named: a file stands for the scene that it names, whatever else it states.
+    """
     from compare.scene import load
 
-    scene = load(name)
+    scene = load(name) if as_named else _of_its_own(load(name), Path(name))
     folder = Path(name).parent
     return [scene, *(load(folder / other if other.endswith(".toml") else other) for other in scene.companions)]
+
+
+def _of_its_own(scene: Scene, path: Path) -> Scene:
+    """The scene of a file; an edited copy of a shipped scene that kept its name takes the file's.
+
+    Otherwise another plate would be published, and accepted, as the shipped one and beside its printed values.
+    """
+    from compare.scene import load, names
+
+    if scene.name not in names() or scene.physics() == load(scene.name).physics():
+        return scene
+    name = path.stem if path.stem not in names() else f"{path.stem}_own"
+    print(
+        f"{path}: states another plate than the shipped {scene.name}; it is called {name} here and runs without "
+        f"the companions, published values and page of {scene.name}",
+        file=sys.stderr,
+    )
+    return scene.override(ALONE, name)
 
 
 def _changed(scenes: list[Scene], settings: list[str]) -> list[Scene]:
@@ -241,8 +263,7 @@ def _changed(scenes: list[Scene], settings: list[str]) -> list[Scene]:
     if not settings:
         return scenes
     stated, changes = scenes[0], dict(_setting(text) for text in settings)
-    alone = {**changes, "companions": [], "study": "scene", "published": None, "sensitivity": None}
-    changed = stated.override(alone, f"{stated.name}_set")
+    changed = stated.override({**changes, **ALONE, "sensitivity": None}, f"{stated.name}_set")
     if changed.physics() != {**stated.physics(), "name": changed.name}:
         return [changed]
     return [stated.override(changes), *scenes[1:]]
@@ -269,12 +290,22 @@ def _solved(
             raise UsageError(f"{scene.name}: no level of {' or '.join(solvers)} within the budget {budget}")
     from compare import progress, study, table
 
+    folder = _writable(options.out / "results")
     with progress.shown() as report:
-        folder = options.out / "results"
         entries = study.run(scenes, solvers, budget, folder, options.jobs, report, reuse=not options.fresh)
     fresh = len({entry.key for entry in entries if entry.fresh})
     print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
     return entries, table.rows(entries)
+
+
+def _writable(folder: Path) -> Path:
+    """The folder, made where it is missing. Raises UsageError where nothing can be written there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        raise UsageError(f"--out {folder.parent}: cannot be written: {error.strerror}") from error
 
 
 def _print_table(rows: list[dict[str, Any]]) -> None:

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from compare import cli, gate
+from compare.scene import SHIPPED
 from compare.table import KEYS
 
 SCENE = """
@@ -269,3 +270,30 @@ def test_an_interrupt_exits_without_a_traceback_and_keeps_results(plate, tmp_pat
     assert "Traceback" not in said
     assert "interrupted" in said
     assert len(list(Path("reports/build/results").glob("*.npz"))) == 1
+
+
+def test_an_edited_copy_of_a_shipped_scene_is_not_taken_for_it(plate, capsys):
+    """Same name, other material: named after its file, without printed values; an unchanged copy stays what it is.
+
+    The gate alone takes it by its name, to say that it no longer gives the accepted heights.
+    """
+    text = (SHIPPED / "cantilever.toml").read_text()
+    plate.write_text(text)
+    assert [scene.name for scene in cli._with_companions(str(plate))][:2] == ["cantilever", "cantilever_plain"]
+    plate.write_text(text.replace("poissons_ratio = 0.0", "poissons_ratio = 0.3"))
+    (found,) = cli._with_companions(str(plate))
+    assert (found.name, found.study, found.published) == ("plate", "scene", None)
+    assert found.material.poissons_ratio == 0.3
+    assert "states another plate than the shipped cantilever" in capsys.readouterr().err
+    assert cli.main(["accept", str(plate), "--reason", "mine"]) == 0
+    assert [path.name for path in Path("baselines").iterdir()] == ["plate.json"]
+    assert cli.main(["check", str(plate)]) == 2
+    assert "baselines/cantilever.json: no baseline yet" in capsys.readouterr().err
+
+
+def test_a_folder_that_cannot_be_written_is_wrong_usage(plate, capsys):
+    Path("taken").write_text("a file")
+    assert cli.main(["table", str(plate), "--out", "taken"]) == 2
+    seen = capsys.readouterr()
+    assert "--out taken: cannot be written" in seen.err
+    assert seen.out == ""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import importlib
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from compare.scene import Scene
+    from compare.scene import Band, Load, Scene
 
 
 def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
@@ -15,6 +16,7 @@ def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
     solvers: name in the scene -> dotted module with estimate(scene, level).
     """
     found = [scene.title, f"source: {scene.source or 'not stated'}"]
+    found += [f"{about}: {words}" for about, words in statement(scene)]
     found += [f"assumed: {text}" for text in scene.assumed]
     if scene.companions:
         found += [f"companions, run with it: {', '.join(scene.companions)}"]
@@ -22,6 +24,62 @@ def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
         if levels := scene.ladder(solver, budget):
             found += ["", *_solver(scene, solver, levels, importlib.import_module(module))]
     return found
+
+
+def statement(scene: Scene) -> list[tuple[str, str]]:
+    """What a scene states, as pairs of a subject and its numbers in words, SI units."""
+    material, analysis, bands = scene.material, scene.analysis, []
+    for kind, members in (("groove", scene.grooves), ("protrusion", scene.protrusions)):
+        bands += [(f"{kind} {band.name}", _band(band)) for band in members]
+    density = "" if material.density is None else f", density {material.density:g} kg/m³"
+    clamps = [f"{c.edge}, {'all nodal gradients' if c.gradients == 'all' else 'face only'}" for c in scene.supports]
+    span = " and ".join(f"{axis} {_span(limits)}" for axis, limits in zip("xy", scene.surface.span, strict=True))
+    flat = scene.surface.kind == "rectangle"
+    unit = " m" if flat else " (NURBS parameters)"
+    second = " s" if analysis.kind == "dynamic" else ""
+    found = [
+        ("plate", f"{'rectangle' if flat else 'NURBS patch'}, {span}{unit}, {scene.thickness:g} m thick"),
+        *bands,
+        ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
+        ("clamped edges", "; ".join(clamps) or "none"),
+        *[("load", _load(load, second)) for load in scene.loads],
+    ]
+    if scene.initial is not None:
+        turn = f"{_vector(scene.initial.velocity)} m/s, turning at {_vector(scene.initial.angular_velocity)} rad/s"
+        found.append(("initial velocity", turn))
+    found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}"))
+    return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
+
+
+def _band(band: Band) -> str:
+    over = "y" if band.along == "x" else "x"
+    shape = f"depth {band.depth:g} m" if band.profile is None else f"a NURBS profile of degree {band.profile.degree}"
+    limits = "" if band.extent is None else f" from {_span(band.extent)}"
+    return f"{band.face} face, along {band.along}{limits}, {over} {_span(band.edges)}, {shape}"
+
+
+def _load(load: Load, second: str) -> str:
+    size = f"{_vector(load.acceleration)} m/s²" if load.kind == "gravity" else f"{_vector(load.force)} N"
+    place = {
+        "point": lambda: f" at {_vector(load.at)}",
+        "edge": lambda: f" on {load.edge}",
+        "patch": lambda: f" on x {_span(load.region[0])}, y {_span(load.region[1])}",
+        "gravity": lambda: "",
+    }[load.kind]()
+    history = load.history
+    if len({factor for _, factor in history}) == 1:
+        times = "constant" if history[0][1] == 1 else f"constant, times {history[0][1]:g}"
+    else:
+        times = "times " + ", ".join(f"{factor:g} at {time:g}{second}" for time, factor in history)
+    return f"{load.kind}, {size}{place}, {times}"
+
+
+def _span(limits: Sequence[float]) -> str:
+    return f"{limits[0]:g} to {limits[1]:g}"
+
+
+def _vector(values: Sequence[float]) -> str:
+    return f"({', '.join(f'{value:g}' for value in values)})"
 
 
 def _solver(scene: Scene, solver: str, levels: tuple, module: object) -> list[str]:

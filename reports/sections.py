@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from compare import figures, plots
 from compare.convergence import pairwise_orders
 from compare.difference import common_times
+from compare.explain import statement
 from compare.report import Bullets, Column, Commands, Facts, Gallery, Plots, Section, Table, Text
 from compare.scene import Rectangle, Scene
 from compare.sketch import sketch
@@ -45,27 +47,16 @@ COLUMNS = (
 def scene_section(stated: Sequence[Scene]) -> Section:
     """Sketch, source and assumptions of the scenes."""
     distinct = {(scene.grooves, scene.loads): scene.name for scene in reversed(stated)}
-    drawn = [(sketch(scene), scene.title) for scene in stated if scene.name in distinct.values()][:3]
+    drawn = [(sketch(scene), scene.title) for scene in stated if scene.name in distinct.values()]
     said = list(dict.fromkeys(words for scene in stated for words in scene.assumed))
     blocks = [Plots(drawn), Text(["Read or assumed where the source is silent:"] if said else [])]
-    return Section("scene", "The question", [*blocks, Bullets(said), Facts(_facts(stated[0]))], "Question")
+    facts = [("scene", stated[0].name), ("source", stated[0].source or "none given"), *statement(stated[0])]
+    return Section("scene", "The question", [*blocks, Bullets(said), Facts(_minus(facts))], "Question")
 
 
-def _facts(scene: Scene) -> list[tuple[str, Any]]:
-    """What the scene states, in words."""
-    material, analysis = scene.material, scene.analysis
-    density = f", density {material.density:g} kg/m³" if material.density else ""
-    forces = [f"{load.kind} {getattr(load, 'force', None) or load.acceleration}" for load in scene.loads]
-    clamps = [f"{c.edge}: {'all nodal gradients' if c.gradients == 'all' else 'face only'}" for c in scene.supports]
-    return [
-        ("source", scene.source or "none given"),
-        ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
-        ("thickness", f"{scene.thickness:g} m"),
-        ("loads (N, m/s²)", "; ".join(forces) or "none"),
-        ("clamped edges", "; ".join(clamps) or "none"),
-        ("analysis", f"{analysis.kind}, until {analysis.until:g}{' s' if analysis.kind == 'dynamic' else ''}"),
-        ("answer", f"height z of {scene.probes[0].name} at the last output time"),
-    ]
+def _minus(facts: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Facts with a typographic minus before numbers."""
+    return [(about, re.sub(r"(?<![\w.])-(?=\d)", "\u2212", words)) for about, words in facts]
 
 
 def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> Section:
@@ -255,7 +246,7 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
         plots.Bar(row["variant"] + (f" ({NAMES[row['solver']]})" if many else ""), row["solver"], row["change_percent"])
         for row in moved
     ]
-    words = "Change of the height when one assumption is another, in percent of the height as stated."
+    words = "Change of the height when one assumption is another, in percent of it as stated; positive: farther from 0."
     drawn = plots.bar_plot("sensitivity", "Sensitivity", words, bars, "change of the height (%)")
     blocks = [Plots([(drawn, words)])] if bars else []
     return Section(

@@ -194,6 +194,8 @@ def test_explain_says_what_is_modelled_left_out_and_what_it_costs(plate, capsys)
     seen = capsys.readouterr().out
     for text in ("modelled: all", "left out: none", "2x2", "48 unknowns", "1 MB", "[quick]", "[standard]"):
         assert text in seen
+    assert "load: point, (0, 0, -50) N at (1, 1), constant" in seen
+    assert "plate: rectangle, x 0 to 1 and y 0 to 1 m, 0.05 m thick" in seen
 
 
 def test_scenes_lists_every_shipped_scene_with_its_title(capsys):

@@ -20,7 +20,7 @@ import numpy as np
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import SPAN, packing
 from ancf.quadrature import Rule
-from ancf.shape import Conforming
+from ancf.shape import Plate
 
 RUN_BYTES = 32_000_000
 
@@ -38,7 +38,7 @@ class Integrand:
     volume: np.ndarray
 
 
-def integrand(shape: Conforming, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
+def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
 
     J_o = dr_o/d(x, y, z). Raises ValueError where det J_o is not positive: the reference shape folds.
@@ -106,7 +106,7 @@ class PointElements:
         start = 0
         while start < len(Q):
             points = len(parts[start].volume)
-            most = max(1, RUN_BYTES // (points * 9 * 48 * 8 * 2))
+            most = max(1, RUN_BYTES // (points * 9 * 3 * Q.shape[1] * 8 * 2))
             stop = start + 1
             while stop < min(len(Q), start + most) and len(parts[stop].volume) == points:
                 stop += 1

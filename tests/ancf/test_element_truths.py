@@ -14,7 +14,7 @@ from ancf.packing import PORTION, SPAN, packing
 from ancf.quadratic_form import QuadraticElements
 from ancf.quadrature import gauss, onto_cell, tensor
 from ancf.subdomain import BOTTOM, GROOVE, Band
-from ancf.system import FORM_BYTES, system
+from ancf.system import form_bytes, system
 
 FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
 
@@ -141,7 +141,7 @@ def test_elements_of_equal_shape_share_one_form(make_body):
 
 def test_too_many_distinct_elements_keep_their_points(make_body, monkeypatch):
     """Where the tensors of all distinct elements would not fit, the mesh is evaluated point by point."""
-    monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 5 * FORM_BYTES)
+    monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 5 * form_bytes(16))
     assert isinstance(make_body(lines=([0, 0.3, 0.7], [0, 0.2, 0.6])).elements, QuadraticElements)
     assert isinstance(make_body(lines=([0, 0.3, 0.7, 1.2], [0, 0.2, 0.6])).elements, PointElements)
 

@@ -124,8 +124,12 @@ def body(
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
     pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
-    Raises ValueError where a groove leaves no material or a reference shape folds.
+    Raises ValueError where a groove leaves no material, a reference shape folds, or the points are too few.
     """
+    least = mesh.shape.least_points
+    if any(count < few for count, few in zip(points, least, strict=True)):
+        own, needed = ("x".join(map(str, counts)) for counts in (points, least))
+        raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
     vectors = mesh.element_vectors
     form_of, first = distinct(mesh, bands)
     rules = [element_rule(mesh.cells[e], bands, thickness, points, integration) for e in first]

@@ -148,9 +148,11 @@ def test_history_is_linear_between_its_points_and_constant_beyond():
 
 
 @pytest.mark.parametrize("edge, along", [("x0", "r_y"), ("x1", "r_y"), ("y0", "r_x"), ("y1", "r_x")])
-def test_clamps_hold_what_they_say(make_body, edge, along):
+def test_clamps_hold_what_they_say(make_body, element, edge, along):
     mesh = make_body(lines=EVEN).mesh
     every, tangential = (clamp(mesh, edge, g).reshape(-1, 3).all(axis=1) for g in ("all", "tangential"))
     nodes = {"x": 3, "y": 4}[edge[0]]
-    assert every.sum() == 4 * nodes and tangential.sum() == 3 * nodes
-    assert set(mesh.kinds[tangential]) == {"r", "r_z", along}
+    edges = {"conforming": 0, "enriched": nodes - 1}[element]
+    assert every.sum() == len(mesh.shape.node_kinds) * nodes + edges
+    assert tangential.sum() == 3 * nodes + edges
+    assert set(mesh.kinds[tangential]) == {"r", "r_z", along, *mesh.shape.edge_kinds}

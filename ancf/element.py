@@ -10,9 +10,10 @@ reference shapes, E = (F^T F - 1)/2, and for any hyperelastic material
 with G_ip = dS_i/dX_p. Here every integral is summed over its points, for all elements at once.
 
 Enhanced strain. The thickness strain of a field linear in z is constant in z, but Poisson's effect in
-bending asks for a linear one (thickness locking). Members of the family that are `enhanced` add the
-strains E + M_k alpha_k, M_k = z p_k(s, t) g x g with g = grad z and polynomials p_k, whose amplitudes
-belong to the element alone and minimise its energy (Simo and Rifai 1990, here for the Green-Lagrange
+bending asks for a linear one (thickness locking), and near nu = 1/2 the squared curvature in E for a
+quadratic one. Members of the family that are `enhanced` add the strains M_k alpha_k to E,
+M_k = P_m(z) p_k(s, t) g x g with g = grad z, m = 1, 2 and polynomials p_k, whose amplitudes belong to the
+element alone and minimise its energy (Simo and Rifai 1990, here for the Green-Lagrange
 strain). For the constant tangent of St. Venant-Kirchhoff they are linear in E,
 
     alpha = - H^-1 integral M : C : E dV,   H = integral M : C : M dV,
@@ -72,15 +73,17 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
 
 
 def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int) -> np.ndarray:
-    """Modes z p_k (q, k) at the points (s, t, z) (q, 3), -1 <= s, t <= 1, of mean square 1.
+    """Modes P_m(z) p_k(s, t) (q, k) at the points (s, t, z) (q, 3), -1 <= s, t <= 1, of mean square 1.
 
-    p_k: products of Legendre polynomials up to the degree. From each mode its best fit by a bilinear
-    function is taken away.
+    P_m: Legendre polynomials of degree 1 and 2 over the element's thickness; p_k: their products up to
+    the degree. From each mode its best fit by a bilinear function is taken away.
     """
     s, t, z = at.T
+    mean = volume @ z / volume.sum()
+    through = np.polynomial.legendre.legvander((z - mean) / np.abs(z - mean).max(), 2)[:, 1:, None]
     bilinear, full = (np.polynomial.legendre.legvander2d(s, t, [n, n]) for n in (1, degree))
     root = np.sqrt(volume / volume.sum())[:, None]
-    modes = z[:, None] * full
+    modes = (through * full[:, None]).reshape(len(z), -1)
     modes -= bilinear @ np.linalg.lstsq(root * bilinear, root * modes, rcond=None)[0]
     return modes / np.linalg.norm(root * modes, axis=0)
 

@@ -130,7 +130,7 @@ times the Kirchhoff energy of a twist at nu = 0), bending with a linear moment (
 constant curvature). 7 x 7 x 3 points integrate it exactly on flat reference shapes. For nu > 0 its thickness strain, constant in z, makes it too stiff in bending however fine the mesh.
 """
 
-ENRICHED = Plate("enriched", twist=True, edges=True, enhanced=2, least_points=(4, 4, 2))
+ENRICHED = Plate("enriched", twist=True, edges=True, enhanced=2, least_points=(4, 4, 3))
 """Element without shear, twist and thickness locking: 24 vectors, 72 coordinates.
 
 In a large mesh an element brings 7 vectors (21 coordinates) where the conforming one brings 4 (12).
@@ -139,7 +139,8 @@ so constant twist and bending with a linear moment, at any Poisson's ratio (the 
 of plane stress in bending). 7 x 7 x 3 points integrate it exactly on flat reference shapes, its mass
 4 x 4 x 2; with three points along x and y it would have four modes without energy.
 Limits: the director is straight through the thickness, so warping beside a groove is left out and the
-shear strain is constant in z. A Poisson's ratio near 1/2 is cured in bending, not in the plane.
+shear strain is constant in z. Its enhanced strain lets a Poisson's ratio near 1/2 bend freely; in the
+plane the interpolation alone has to follow.
 """
 
 FAMILY = {member.name: member for member in (CONFORMING, ENRICHED)}

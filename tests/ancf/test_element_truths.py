@@ -20,7 +20,7 @@ from ancf.system import form_bytes, system
 FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
 
 
-FEW_POINTS = {"conforming": (3, 3, 2), "enriched": (4, 4, 2)}
+FEW_POINTS = {"conforming": (3, 3, 2), "enriched": (4, 4, 3)}
 
 
 def free_system(plate):
@@ -71,7 +71,7 @@ def test_tangent_is_the_derivative_of_force(plate, deformed):
 
 
 @pytest.mark.parametrize("kind", ["plain", "grooved", "curved", "curved, grooved"])
-@pytest.mark.parametrize("points", [(4, 4, 2), (7, 7, 3)])
+@pytest.mark.parametrize("points", [(4, 4, 3), (7, 7, 3)])
 def test_quadratic_form_equals_the_sum_over_points(make_body, deformed, kind, points):
     """1e-12 of the largest entry: both sum the same numbers in another order."""
     fast, plain = make_body(kind, points=points), make_body(kind, points=points, pointwise=True)
@@ -113,8 +113,8 @@ def looped_force(Q, part, lame, shear):
 
 @pytest.mark.parametrize("kind", ["grooved", "curved, grooved"])
 def test_force_equals_plain_loops(make_body, deformed, kind):
-    """One element, 4 x 4 x 2 points per subdomain, summed as printed in any textbook."""
-    plate = make_body(kind, points=(4, 4, 2), pointwise=True)
+    """One element, 4 x 4 x 3 points per subdomain, summed as printed in any textbook."""
+    plate = make_body(kind, points=(4, 4, 3), pointwise=True)
     q = deformed(plate)
     part, Q, material = plate.elements.parts[1], q[plate.connectivity[1]], plate.elements.material
     looped = looped_force(Q, part, material.lame, material.shear)
@@ -159,7 +159,7 @@ def test_too_few_points_are_refused(make_body, element):
     if element == "conforming":
         make_body(points=(3, 3, 2))
         return
-    with pytest.raises(ValueError, match="3x3x2 points leave the enriched element .* 4x4x2 at least"):
+    with pytest.raises(ValueError, match="3x3x2 points leave the enriched element .* 4x4x3 at least"):
         make_body(points=(3, 3, 2))
 
 
@@ -208,7 +208,7 @@ def test_folded_reference_shape_is_refused(make_body):
 def test_spans_and_portions_of_many_elements_sum_like_one(make_body, deformed):
     """More elements than a span holds, some shapes shared and some not, against a plain sum of every entry."""
     lines = (np.r_[np.linspace(0, 1, 33), 1.04, 1.1], np.linspace(0, 0.6, 32))
-    options = {"lines": lines, "bands": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), "points": (4, 4, 2)}
+    options = {"lines": lines, "bands": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), "points": (4, 4, 3)}
     plate, twin = make_body(**options), make_body(**options, pointwise=True)
     assert len(plate.connectivity) > SPAN > PORTION
     q = deformed(plate)

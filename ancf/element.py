@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancf.material import SaintVenantKirchhoff
+from ancf.nurbs import GeometryError
 from ancf.packing import SPAN, packing
 from ancf.quadrature import Rule
 from ancf.shape import Conforming
@@ -41,14 +42,14 @@ class Integrand:
 def integrand(shape: Conforming, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
 
-    J_o = dr_o/d(x, y, z). Raises ValueError where det J_o is not positive: the reference shape folds.
+    J_o = dr_o/d(x, y, z). Raises GeometryError where det J_o is not positive: the reference shape folds.
     """
     (x0, x1), (y0, y1) = cell
     S, S_p = shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
     J = np.einsum("ic,qip->qcp", vectors, S_p)
     determinant = np.linalg.det(J)
     if not np.all(determinant > 0):
-        raise ValueError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
+        raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
     return Integrand(S, S_p @ np.linalg.inv(J), rule.weights * determinant)
 
 

@@ -74,7 +74,7 @@ def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = Non
     """Mesh between the given lines; flat at Z = 0 with normal +Z, or on a NURBS surface.
 
     Nodal vectors on a surface are its point, its two parameter derivatives and its unit normal.
-    Raises ValueError where the lines do not increase or the surface is degenerate at a node.
+    Raises ValueError where the lines do not increase, GeometryError where the surface is degenerate at a node.
     """
     x_lines, y_lines = np.asarray(x_lines, dtype=float), np.asarray(y_lines, dtype=float)
     for name, lines in (("x", x_lines), ("y", y_lines)):

@@ -30,6 +30,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancf.material import SaintVenantKirchhoff
+from ancf.nurbs import GeometryError
 from ancf.packing import SPAN, packing
 from ancf.quadrature import Rule
 from ancf.shape import Plate
@@ -55,7 +56,7 @@ class Integrand:
 def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
 
-    J_o = dr_o/d(x, y, z). Raises ValueError where det J_o is not positive: the reference shape folds.
+    J_o = dr_o/d(x, y, z). Raises GeometryError where det J_o is not positive: the reference shape folds.
     """
     (x0, x1), (y0, y1) = cell
     points, size = rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0)
@@ -63,7 +64,7 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     J = np.einsum("ic,qip->qcp", vectors, S_p)
     determinant = np.linalg.det(J)
     if not np.all(determinant > 0):
-        raise ValueError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
+        raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
     modes = np.zeros((len(volume), 0))
     if shape.enhanced is not None:

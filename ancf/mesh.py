@@ -77,7 +77,7 @@ def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = Non
 
     Nodal vectors on a surface are its point, its parameter derivatives and its unit normal; an edge has
     what the normal at its middle exceeds the mean of those at its ends by. Raises ValueError where the
-    lines do not increase or the surface is degenerate at a node or at the middle of an edge.
+    lines do not increase, GeometryError where the surface is degenerate at a node or the middle of an edge.
     """
     lines = np.asarray(x_lines, dtype=float), np.asarray(y_lines, dtype=float)
     for name, values in zip("xy", lines, strict=True):

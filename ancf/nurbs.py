@@ -20,6 +20,10 @@ if TYPE_CHECKING:
 ITERATIONS = 100
 
 
+class GeometryError(ValueError):
+    """A shape that cannot be modelled: no normal, no material left, or folded onto itself."""
+
+
 @dataclass(frozen=True, eq=False)
 class Curve:
     """NURBS curve (Eq. 3): degree p, knots (n + p + 1,), control_points (n, d), weights (n,), all 1 by default.
@@ -142,12 +146,12 @@ def surface_derivatives(surface: Surface, u: ArrayLike, v: ArrayLike) -> Surface
 
 
 def unit_normal(values: SurfaceDerivatives) -> Normal:
-    """n = s_u x s_v / |s_u x s_v| and its derivatives. Raises ValueError where the surface is degenerate."""
+    """n = s_u x s_v / |s_u x s_v| and its derivatives. Raises GeometryError where the surface is degenerate."""
     m = np.cross(values.s_u, values.s_v)
     length = np.linalg.norm(m, axis=-1, keepdims=True)
     scale = np.linalg.norm(values.s_u, axis=-1) * np.linalg.norm(values.s_v, axis=-1)
     if np.any(length[..., 0] <= 1e-12 * scale) or np.any(scale == 0):
-        raise ValueError("the surface has no normal where its two tangents are parallel or one of them vanishes")
+        raise GeometryError("the surface has no normal where its two tangents are parallel or one of them vanishes")
     m_u = np.cross(values.s_uu, values.s_v) + np.cross(values.s_u, values.s_uv)
     m_v = np.cross(values.s_uv, values.s_v) + np.cross(values.s_u, values.s_vv)
     n = m / length

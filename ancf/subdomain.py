@@ -19,7 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ancf.nurbs import Curve, curve_derivatives, invert
+from ancf.nurbs import Curve, GeometryError, curve_derivatives, invert
 from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
 
 ROUND_OFF = 1e-12
@@ -82,7 +82,7 @@ def thickness_range(
 
     Of several grooves on one face the deepest counts, of several protrusions the highest; a groove
     cuts away all that lies above its floor, a protrusion too. Edges belong to their band. Raises
-    ValueError where nothing is left.
+    GeometryError where nothing is left.
     """
     at = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     covers = [_within(at[0], band.limits(0)) & _within(at[1], band.limits(1)) for band in bands]
@@ -126,7 +126,7 @@ def element_rule(
     points: Gauss points along x, y, z in each subdomain (Eq. 8), or in the whole element with
     integration "global" (Eq. 7). z follows the kept thickness at each (x, y). A curved section is
     integrated over its own parameter, dy = y'(u) du, between its knots, so that a vertical tangent
-    costs no accuracy. Raises ValueError where a band leaves no material.
+    costs no accuracy. Raises GeometryError where a band leaves no material.
     """
     touching = [band for band in bands if _touches(cell, band)]
     if not touching:
@@ -164,7 +164,7 @@ def _faces(bands: Sequence[Band], thickness: float, covers: Sequence, depths: Se
         groove, protrusion = change[face, GROOVE], change[face, PROTRUSION]
         z[face] = face * (thickness / 2 + np.where(groove > 0, -groove, protrusion))
     if np.any(z[TOP] - z[BOTTOM] <= ROUND_OFF * thickness):
-        raise ValueError(f"the grooves leave no material of a thickness of {thickness} m")
+        raise GeometryError(f"the grooves leave no material of a thickness of {thickness} m")
     return z[BOTTOM], z[TOP]
 
 

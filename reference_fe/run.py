@@ -18,7 +18,7 @@ import sys
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -145,7 +145,8 @@ def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
             _record(history, model, state)
             progress(time / times[-1])
     except NewtonFailure as failure:
-        history.status, history.message = failure.status, f"after t = {history.times[-1:]} s: {failure}"
+        reached = f"after t = {history.times[-1]:.6g} s" if history.times else "before the first output time"
+        history.status, history.message = failure.status, f"{reached}: {failure}"
     except MemoryError as error:
         history.status, history.message = "out_of_memory", str(error)
     history.facts["factorisations"] = memory.factorisations
@@ -179,14 +180,9 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
 
 
 def _output_times(scene: Scene) -> np.ndarray:
-    """0, every, 2 every, ... and `until`."""
+    """0, every, 2 every, ... until, which is a multiple of every."""
     until, every = scene.analysis.until, scene.analysis.every
-    count = int(np.floor(until / every + 1e-9))
-    times = every * np.arange(count + 1)
-    if until - times[-1] > 1e-9 * until:
-        return np.append(times, until)
-    times[-1] = until
-    return times
+    return until * np.linspace(0, 1, round(until / every) + 1)
 
 
 def mid_surface(scene: Scene) -> tuple[Frame, Surface | None]:
@@ -357,10 +353,7 @@ def _velocity(scene: Scene, points: np.ndarray) -> np.ndarray:
 
 def _header(scene: Scene, level: ReferenceLevel) -> dict:
     """What every Result of this solver says of itself."""
-    try:
-        number = version("groovecheck")
-    except PackageNotFoundError:
-        number = "unknown"
+    number = version("groovecheck")
     names = tuple(probe.name for probe in scene.probes)
     return dict(
         scene=scene.physics(), solver="reference", version=number, level=level.model_dump(mode="json"), probes=names

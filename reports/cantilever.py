@@ -17,7 +17,7 @@ from compare.study import Entry, level_name
 from compare.table import height, in_ladders, percent, rule, sensitivity
 from compare.verdict import Figure, at_most, stated
 from reports import sections
-from reports.ladders import NAMES, Ladder, band_words, budget, convergence, ladders, opinions, scenes
+from reports.ladders import NAMES, Ladder, band_words, budget, convergence, ladders, limit_errors, opinions, scenes
 
 PLAIN, GROOVED = "cantilever_plain", "cantilever"
 TWINS = {"cantilever_plain_patch": "plain", "cantilever_patch": "grooved"}
@@ -329,6 +329,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         "notes": {figure.name: figure.words() for figure in judged},
         "rows": list(rows),
         "table5": table5(entries),
+        "error_limit_percent": limit_errors(entries),
         "convergence": convergence(entries),
         "opinions": opinions(entries),
         "sensitivity": changes,

@@ -110,6 +110,17 @@ def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
     ]
 
 
+def limit_errors(entries: Sequence[Entry]) -> list[float | None]:
+    """For each row of the table its difference from its own series' Richardson value (percent), None without one."""
+    limits = {
+        id(entry): ladder.convergence.extrapolated
+        for scene in scenes(entries)
+        for ladder in ladders(entries, scene.name)
+        for entry in ladder.entries
+    }
+    return [percent(height(entry), limits[id(entry)]) for entry in in_ladders(list(entries))]
+
+
 def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
     """Known heights (m) for the scenes' own questions, with each solver's finest level against them (percent)."""
     found = []

@@ -13,7 +13,7 @@ from compare.study import Entry, level_name
 from compare.table import height, percent, sensitivity
 from compare.verdict import Figure, stated
 from reports import sections
-from reports.ladders import band_words, budget, convergence, ladders, opinions, scenes
+from reports.ladders import band_words, budget, convergence, ladders, limit_errors, opinions, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:
@@ -43,6 +43,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         "figures": {figure.name: figure.entry() for figure in judged},
         "notes": {figure.name: figure.words() for figure in judged},
         "rows": list(rows),
+        "error_limit_percent": limit_errors(entries),
         "convergence": convergence(entries),
         "opinions": opinions(entries),
         "sensitivity": sensitivity(list(entries)),

@@ -19,7 +19,7 @@ from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
 from compare.table import height, in_ladders, judgements, percent
 from compare.verdict import Figure
-from reports.ladders import NAMES, Ladder, error_target, ladders, scenes
+from reports.ladders import NAMES, Ladder, error_target, ladders, limit_errors, scenes
 
 COLUMNS = (
     Column("mesh", "mesh"),
@@ -33,6 +33,7 @@ COLUMNS = (
     Column("paper", "paper", ".4f", "m"),
     Column("error_paper_percent", "vs paper", "+.3f", "%"),
     Column("error_reference_percent", "vs reference", "+.3f", "%"),
+    Column("error_limit_percent", "vs limit", "+.3f", "%", "the Richardson value of the same series"),
     Column("order", "order", ".2f", "observed"),
     Column("sequence", "sequence"),
     Column("extrapolated", "Richardson", ".5f", "m"),
@@ -63,12 +64,14 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
     """One full table per scene, with what its numbers are judged against below it."""
     blocks = []
     kept, judged = in_ladders(list(entries)), judgements(list(entries))
+    rows = [{**row, "error_limit_percent": error} for row, error in zip(rows, limit_errors(entries), strict=True)]
     for scene in scenes(entries):
         chosen = [i for i, entry in enumerate(kept) if entry.scene.name == scene.name]
         groove, load = rows[chosen[0]]["groove"], rows[chosen[0]]["load"]
         caption = f"{scene.title} (groove: {groove}; load: {load})"
         columns = [c for c in COLUMNS if any(rows[i].get(c.key) is not None for i in chosen)]
-        notes = _judged(scene, [judged[i] for i in chosen]) + _failed([kept[i] for i in chosen])
+        shown = [kept[i] for i in chosen]
+        notes = [*_judged(scene, [judged[i] for i in chosen]), _timed(shown), *_failed(shown)]
         blocks.append(Table(caption, columns, [rows[i] for i in chosen], notes))
     return Section("tables", "All rows", blocks)
 
@@ -83,8 +86,18 @@ def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:
     if reference:
         value = f"{reference['value']:.5f} m".replace("-", "\u2212")
         notes.append(f"vs reference: {reference['kind']}, {reference['source']} ({reference['cell']}, {value}).")
+    notes.append(
+        "vs limit: the Richardson value of the whole series, where it has one (see the limits of the ladders)."
+    )
     notes.append("Order, sequence, Richardson value and band: of the levels of the same series up to that row.")
     return notes
+
+
+def _timed(entries: Sequence[Entry]) -> str:
+    """Of how many runs the wall times are the least."""
+    counts = sorted({entry.repeats for entry in entries if entry.ok})
+    runs = f"{counts[0]} to {counts[-1]} runs" if len(counts) > 1 else f"{counts[0]} runs" if counts else "no run"
+    return f"Wall time: least of {runs} in one process, one thread; the start of the process is not in it."
 
 
 def _failed(entries: Sequence[Entry]) -> list[str]:

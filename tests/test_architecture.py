@@ -133,6 +133,7 @@ OWNERS = {
     "pypardiso": "reference_fe",
     "pymetis": "reference_fe",
     "numba": "reference_fe",
+    "threadpoolctl": {"ancf.run"},
     "pydantic": "compare",
     # codes nobody here wrote, optional
     "exudyn": "compare.external",

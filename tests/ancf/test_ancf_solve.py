@@ -5,8 +5,12 @@ import sys
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
-from ancf.run import estimate, solve
+from ancf.linear_solver import LinearSolver
+from ancf.newton import equilibrium
+from ancf.run import _held, build, estimate, solve
+from ancf.system import system
 from compare.result import load as load_result
 from compare.result import save
 from compare.scene import AncfLevel, load, parse
@@ -115,6 +119,53 @@ def test_static_failure_is_named():
     assert np.all(np.isfinite(result.displacement))
 
 
+ROOT = 0.5**0.5
+ARC = [[0.0, -ROOT, ROOT], [0.0, 0.0, 2 * ROOT], [0.0, ROOT, ROOT]]
+CYLINDER = {
+    "kind": "nurbs",
+    "degree": [1, 2],
+    "knots": [[0, 0, 1, 1], [0, 0, 0, 1, 1, 1]],
+    "control_points": [ARC, [[1.0, y, z] for _, y, z in ARC]],
+    "weights": [[1, ROOT, 1]] * 2,
+}
+POLE = {
+    "kind": "nurbs",
+    "degree": [1, 1],
+    "knots": [[0, 0, 1, 1]] * 2,
+    "control_points": [[[0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 1, 0]]],
+}
+
+
+@pytest.mark.parametrize(("surface", "thickness", "reason"), [(CYLINDER, 4.0, "folds"), (POLE, 0.05, "no normal")])
+def test_shape_that_cannot_be_modelled_is_named(surface, thickness, reason):
+    """A cylinder of radius 1 m that is 4 m thick, and a triangle: a side of no length."""
+    probes = [{"name": "P", "at": [0.5, 0.5, 0.0]}]
+    result = solve(scene(surface=surface, thickness=thickness, grooves=[], probes=probes), LEVEL)
+    assert result.status == "geometry_failed" and reason in result.message
+    assert result.displacement.shape == (0, 1, 3) and result.unknowns == 0
+
+
+@pytest.mark.parametrize("thickness", [5e-4, 2e-4])
+def test_thin_plate_on_a_coarse_mesh_converges(thickness):
+    """A plate 2,000 and 5,000 times as long as thick, pulled 0.04 mm down: Newton must know its own round-off."""
+    down = [{"kind": "edge", "edge": "x1", "force": [0, 0, -16 * thickness**3], "history": [[0, 0], [1, 1]]}]
+    analysis = {"kind": "static", "until": 1.0, "every": 1.0}
+    case = scene(thickness=thickness, grooves=[], supports=CLAMP, loads=down, analysis=analysis)
+    result = solve(case, LEVEL.model_copy(update={"mesh": (4, 2), "time_step": 1.0}))
+    assert result.status == "ok" and result.newton_iterations < 20
+
+
+def test_blas_has_one_thread_during_a_solve_alone():
+    def threads():
+        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+
+    with threadpool_limits(2, user_api="blas"):
+        before, during = threads(), []
+        solve(falling(), LEVEL, progress=lambda fraction: during.append(threads()))
+        assert all(inside == {1} for inside in during) and during
+        assert threads() == before == {2}
+
+
 def test_constant_load_bends_a_static_plate_from_the_start():
     """Statics under gravity that acts at once: brought up inside the first output, the same at every later one."""
     case = scene(
@@ -147,6 +198,32 @@ def test_estimate_matches_the_solve():
     assert told["memory_mb"] > 0
     assert any("groove g" in line for line in told["modelled"])
     assert any("protrusions" in line for line in told["left_out"])
+
+
+def test_bending_is_stiffer_with_poissons_ratio_as_explain_says():
+    """A strip in plane strain: stiffness lambda + 2 mu, not E / (1 - nu^2), for r is linear in z.
+
+    All y components and all r_y are held. Shear adds 3e-4 of the deflection, the mesh the same part to both.
+    """
+    nu, rise = 0.3, {}
+    down = [{"kind": "edge", "edge": "x1", "force": [0, 0, -1e-3], "history": [[0, 0], [1, 1]]}]
+    analysis = {"kind": "static", "until": 1.0, "every": 1.0}
+    for ratio in (0.0, nu):
+        material = {**PLATE["material"], "poissons_ratio": ratio}
+        case = scene(grooves=[], supports=CLAMP, loads=down, analysis=analysis, material=material)
+        model = build(case, LEVEL.model_copy(update={"mesh": (16, 1)}))
+        held = _held(case, model.mesh).reshape(-1, 3)
+        held[:, 1] = held[model.mesh.kinds == "r_y"] = True
+        strip = system(model.body, held.ravel(), model.system.loads, case.thickness)
+        start = model.mesh.vectors.ravel()
+        path = equilibrium(strip, LinearSolver(strip.assembly.pattern), start, 0.0, 1.0, 1.0)
+        rise[ratio] = (model.probes @ (path.q - start).reshape(-1, 3))[0, 2]
+    plate_theory = 1 - nu**2
+    factor = (1 - nu) ** 2 / (1 - 2 * nu)
+    assert rise[0.0] / rise[nu] * plate_theory == pytest.approx(factor, rel=2e-3)
+    told = estimate(case, LEVEL)["left_out"]
+    assert any(f"{factor:.3g} times too stiff" in line for line in told)
+    assert not any("too stiff" in line for line in estimate(scene(), LEVEL)["left_out"])
 
 
 def test_package_needs_numpy_and_scipy_only():

@@ -20,6 +20,7 @@ from compare import report
 from compare.scene import load
 from compare.table import rows
 from reports import cantilever, scene, sections
+from reports.ladders import limit_errors
 
 FAILED = "cantilever ancf 3x3"
 
@@ -73,7 +74,8 @@ def test_every_number_of_every_row_is_on_the_page(published):
     """Nothing of the table is left out."""
     page, content = published
     keys = [column.key for column in sections.COLUMNS if column.form != "text"]
-    for row in content["rows"]:
+    for row, error in zip(content["rows"], content["error_limit_percent"], strict=True):
+        row = {**row, "error_limit_percent": error}
         for key in keys:
             assert row[key] is None or f'<data value="{json.dumps(row[key])}">' in page, (key, row)
 
@@ -276,3 +278,10 @@ def test_a_scene_with_a_poissons_ratio_is_told_that_the_plate_locks():
     stated = plain[0].scene.override({"material.poissons_ratio": 0.3})
     told = scene.limits([replace(entry, scene=stated) for entry in plain])
     assert any("22.5 % too stiff" in words for words in told)
+
+
+def test_each_row_says_how_far_it_is_from_its_own_limit():
+    """The reference without grooves follows -0.5015 m (1 - 0.8 h^2), so h = 0.1 lies 0.8 % from its limit."""
+    entries = [e for e in synthetic_study.entries() if e.scene.name == "cantilever_plain"]
+    errors = dict(zip(((r["solver"], r["mesh"]) for r in rows(entries)), limit_errors(entries), strict=True))
+    assert errors["reference", "h=0.1"] == pytest.approx(-0.8, rel=1e-6)

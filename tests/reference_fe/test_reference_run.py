@@ -119,7 +119,7 @@ def test_a_failing_newton_is_a_named_status():
 def test_a_body_without_supports_is_a_named_status():
     free = scene(analysis=STATIC).model_copy(update={"supports": ()})
     result = solve(free, ReferenceLevel(size=0.4, time_step=0.5))
-    assert result.status == "singular_tangent" and "after t" in result.message
+    assert result.status == "singular_tangent" and result.message.startswith("after t = 0 s: ")
 
 
 def test_both_linear_solvers_give_one_answer(monkeypatch):

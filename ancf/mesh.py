@@ -136,7 +136,9 @@ def _at_nodes(lines, shape: Plate, surface: Surface | None) -> tuple[np.ndarray,
     if surface is None:
         flat = np.zeros((*at.shape[:2], 3))
         flat[..., :2] = at
-        unit = {kind: np.broadcast_to(row, flat.shape) for kind, row in zip(("r_x", "r_y", "r_z"), np.eye(3), strict=True)}
+        unit = {
+            kind: np.broadcast_to(row, flat.shape) for kind, row in zip(("r_x", "r_y", "r_z"), np.eye(3), strict=True)
+        }
         found = {"r": flat, **unit, "r_xy": np.zeros_like(flat)}
     else:
         values = surface_derivatives(surface, at[..., 0], at[..., 1])
@@ -151,7 +153,9 @@ def _at_edges(lines, axis: int, surface: Surface | None) -> tuple[np.ndarray, np
     at = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
     if surface is None:
         return np.zeros((*at.shape[:2], 1, 3)), at
-    ends = [[own[half] if along == axis else own for along, own in enumerate(lines)] for half in (np.s_[:-1], np.s_[1:])]
+    ends = [
+        [own[half] if along == axis else own for along, own in enumerate(lines)] for half in (np.s_[:-1], np.s_[1:])
+    ]
     first, last = (_normals(np.stack(np.meshgrid(*end, indexing="ij"), axis=-1), surface) for end in ends)
     return (_normals(at, surface) - (first + last) / 2)[..., None, :], at
 

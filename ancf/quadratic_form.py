@@ -11,8 +11,8 @@ so the energy of a St. Venant-Kirchhoff solid is a quadratic form of D with a co
     P = 1/2 A : (D - D0),    U = 1/4 (D - D0) : P,
     f_ia = P_ij Q_ja,        df_ia/dQ_kb = P_ik delta_ab + A_ijkn Q_ja Q_nb.
 
-All rules, subdomains and grooves are spent when A is integrated, and so are enhanced strains; elements of equal shape and groove
-share it, and the whole mesh is a few matrix products.
+All rules, subdomains, grooves and enhanced strains are spent when A is integrated; elements of equal
+shape and groove share it, and the whole mesh is a few matrix products.
 
 D, P and A are symmetric in (i, j), so 136 pairs of 16 functions suffice. The tangent maps the
 matrices Q_ja Q_nb (j, n) to matrices (i, k) and commutes with transposition, so it splits into a

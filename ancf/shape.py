@@ -127,7 +127,8 @@ CONFORMING = Plate("conforming", twist=False, edges=False)
 
 Exact: rigid motion, constant strain, at nu = 0 constant curvature along x or y. Not exact: w = xy (192/175
 times the Kirchhoff energy of a twist at nu = 0), bending with a linear moment (a linear director has a
-constant curvature). 7 x 7 x 3 points integrate it exactly on flat reference shapes. For nu > 0 its thickness strain, constant in z, makes it too stiff in bending however fine the mesh.
+constant curvature). For nu > 0 its thickness strain, constant in z, makes it too stiff in bending however
+fine the mesh. 7 x 7 x 3 points integrate it exactly on flat reference shapes.
 """
 
 ENRICHED = Plate("enriched", twist=True, edges=True, enhanced=2, least_points=(4, 4, 3))

@@ -159,7 +159,7 @@ def test_too_few_points_are_refused(make_body, element):
     if element == "conforming":
         make_body(points=(3, 3, 2))
         return
-    with pytest.raises(ValueError, match="3x3x2 points leave the enriched element .* 4x4x3 at least"):
+    with pytest.raises(ValueError, match=r"3x3x2 points leave the enriched element .* 4x4x3 at least"):
         make_body(points=(3, 3, 2))
 
 

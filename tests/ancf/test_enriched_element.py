@@ -63,7 +63,7 @@ def bending_energy(plate, power):
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.49])
 @pytest.mark.parametrize("power", CUBICS)
 def test_every_cubic_bends_with_its_kirchhoff_energy(make_body, element, power, nu):
-    """Represented exactly, on unequal elements, and with the energy of plane stress: twist, constant and linear moments.
+    """Represented exactly, on unequal elements, with the energy of plane stress: twist, constant and linear moments.
 
     The conforming element manages x^2 and y^2 at nu = 0 only; the test demands its misfit or its excess elsewhere.
     """

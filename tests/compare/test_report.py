@@ -278,6 +278,9 @@ def test_a_scene_with_a_poissons_ratio_is_told_that_the_plate_locks():
     stated = plain[0].scene.override({"material.poissons_ratio": 0.3})
     told = scene.limits([replace(entry, scene=stated) for entry in plain])
     assert any("22.5 % too stiff" in words for words in told)
+    ancf = [entry for entry in plain if entry.solver == "ancf"]
+    cured = [replace(e, scene=stated, level=e.level.model_copy(update={"element": "enriched"})) for e in ancf]
+    assert not any("locking" in words for words in scene.limits(cured))
 
 
 def test_each_row_says_how_far_it_is_from_its_own_limit():

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ancf.assembly import assembly
 from ancf.element import PointElements, integrand
+from ancf.material import from_engineering
 from ancf.packing import PORTION, SPAN, packing
 from ancf.quadratic_form import QuadraticElements
 from ancf.quadrature import gauss, onto_cell, tensor
@@ -152,6 +153,17 @@ def test_patch_of_unequal_elements_under_constant_stress(make_body, element, ban
     inner = (x > 0) & (x < 1.2) & (y > 0) & (y < 0.6)
     assert inner.sum() == {"conforming": 4 * 4, "enriched": 4 * 5 + 12}[element]
     assert np.abs(force[inner]).max() < 1e-14 * np.abs(force).max() + 1e-13 * FORCE
+
+
+@pytest.mark.parametrize("kind", ["plain", "grooved"])
+@pytest.mark.parametrize("pointwise", [False, True])
+def test_homogeneous_strain_has_the_energy_of_the_material(make_body, kind, pointwise):
+    """W(E) times the kept volume for any constant gradient: enhanced strains relieve no constant stress."""
+    plate = make_body(kind, pointwise=pointwise)
+    F = np.eye(3) + 0.1 * np.random.default_rng(8).standard_normal((3, 3))
+    strain = (F.T @ F - np.eye(3)) / 2
+    expected = from_engineering(2.0e6, 0.3).energy(strain) * plate.volume
+    assert plate.elements.energy((plate.mesh.vectors @ F.T)[plate.connectivity]) == pytest.approx(expected, rel=1e-11)
 
 
 def test_too_few_points_are_refused(make_body, element):

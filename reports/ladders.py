@@ -10,7 +10,7 @@ from compare.convergence import Convergence
 from compare.exact import cross_code, published
 from compare.scene import BUDGETS, Scene
 from compare.study import Entry
-from compare.table import convergences, height, in_ladders, percent, rule, series
+from compare.table import convergences, element, height, in_ladders, percent, rule, series
 
 NAMES = {"ancf": "ANCF", "reference": "reference"}
 
@@ -61,7 +61,7 @@ def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
     for members in groups.values():
         label, role = NAMES[members[0].solver], "reference"
         if members[0].solver == "ancf":
-            label, role, plain = f"ANCF {rule(members[0].level)}", "ancf exact" if plain else "ancf", plain + 1
+            label, role, plain = _plate_label(members[0]), "ancf exact" if plain else "ancf", plain + 1
         found.append(Ladder(members[0].scene, tuple(members), label, role, convergences(members)[-1]))
     return found
 
@@ -75,6 +75,12 @@ def scenes(entries: Iterable[Entry]) -> list[Scene]:
 def budget(entries: Iterable[Entry]) -> str:
     """The largest budget that a level of these entries asks for."""
     return max((entry.level.budget for entry in in_ladders(list(entries))), key=BUDGETS.index)
+
+
+def _plate_label(entry: Entry) -> str:
+    """Rule of an ANCF series, and its element where it is not the paper's."""
+    words = ["ANCF", element(entry.level), rule(entry.level)]
+    return " ".join(word for word in words if word != "conforming")
 
 
 def band_words(ladder: Ladder) -> str:

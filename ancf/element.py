@@ -8,6 +8,18 @@ reference shapes, E = (F^T F - 1)/2, and for any hyperelastic material
     K   = df_ia/dQ_kb = P_ik delta_ab + integral (F_ap G_ir) C_prst (F_bs G_kt) dV
 
 with G_ip = dS_i/dX_p. Here every integral is summed over its points, for all elements at once.
+
+Enhanced strain. The thickness strain of a field linear in z is constant in z, but Poisson's effect in
+bending asks for a linear one (thickness locking), and near nu = 1/2 the squared curvature in E for a
+quadratic one. Members of the family that are `enhanced` add the strains M_k alpha_k to E,
+M_k = P_m(z) p_k(s, t) g x g with g = grad z, m = 1, 2 and polynomials p_k, whose amplitudes belong to the
+element alone and minimise its energy (Simo and Rifai 1990, here for the Green-Lagrange
+strain). For the constant tangent of St. Venant-Kirchhoff they are linear in E,
+
+    alpha = - H^-1 integral M : C : E dV,   H = integral M : C : M dV,
+
+so that they cost the quadratic form nothing. Each M_k is made orthogonal to the bilinear functions,
+so constant stress does no work on it, also where a groove makes the thickness lopsided: the patch test holds.
 """
 
 from __future__ import annotations
@@ -21,9 +33,10 @@ from ancf.material import SaintVenantKirchhoff
 from ancf.nurbs import GeometryError
 from ancf.packing import SPAN, packing
 from ancf.quadrature import Rule
-from ancf.shape import Conforming
+from ancf.shape import Plate
 
 RUN_BYTES = 32_000_000
+FIELDS = ("S", "G", "volume", "M")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,26 +44,57 @@ class Integrand:
     """All that integrals over one undeformed element need.
 
     G (q, i, p): derivatives of the shape functions by reference position (1/m for positions).
-    S (q, i): shape functions. volume (q,): weight of each point in m3.
+    S (q, i): shape functions. volume (q,): weight of each point in m3. M (q, p, r, k): enhanced strains.
     """
 
     S: np.ndarray
     G: np.ndarray
     volume: np.ndarray
+    M: np.ndarray
 
 
-def integrand(shape: Conforming, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
+def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
 
     J_o = dr_o/d(x, y, z). Raises GeometryError where det J_o is not positive: the reference shape folds.
     """
     (x0, x1), (y0, y1) = cell
-    S, S_p = shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+    points, size = rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0)
+    S, S_p = shape.evaluate(points, size)
     J = np.einsum("ic,qip->qcp", vectors, S_p)
     determinant = np.linalg.det(J)
     if not np.all(determinant > 0):
         raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
-    return Integrand(S, S_p @ np.linalg.inv(J), rule.weights * determinant)
+    inverse, volume = np.linalg.inv(J), rule.weights * determinant
+    modes = np.zeros((len(volume), 0))
+    if shape.enhanced is not None:
+        modes = _thickness_modes(2 * points / (*size, 2) - (1, 1, 0), volume, shape.enhanced)
+    M = np.einsum("qk,qp,qr->qprk", modes, inverse[:, 2], inverse[:, 2])
+    return Integrand(S, S_p @ inverse, volume, M)
+
+
+def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int) -> np.ndarray:
+    """Modes P_m(z) p_k(s, t) (q, k) at the points (s, t, z) (q, 3), -1 <= s, t <= 1, of mean square 1.
+
+    P_m: Legendre polynomials of degree 1 and 2 over the element's thickness; p_k: their products up to
+    the degree. From each mode its best fit by a bilinear function is taken away.
+    """
+    s, t, z = at.T
+    mean = volume @ z / volume.sum()
+    through = np.polynomial.legendre.legvander((z - mean) / np.abs(z - mean).max(), 2)[:, 1:, None]
+    bilinear, full = (np.polynomial.legendre.legvander2d(s, t, [n, n]) for n in (1, degree))
+    root = np.sqrt(volume / volume.sum())[:, None]
+    modes = (through * full[:, None]).reshape(len(z), -1)
+    modes -= bilinear @ np.linalg.lstsq(root * bilinear, root * modes, rcond=None)[0]
+    return modes / np.linalg.norm(root * modes, axis=0)
+
+
+def relaxed(X: np.ndarray, M: np.ndarray, CM: np.ndarray) -> np.ndarray:
+    """Strains X (..., n, c) plus enhanced ones: X - M H^-1 CM^T X, H = CM^T M, for M and C M dV (..., n, k)."""
+    if M.shape[-1] == 0:
+        return X
+    CM_t = CM.swapaxes(-1, -2)
+    return X - M @ np.linalg.solve(CM_t @ M, CM_t @ X)
 
 
 def strain(Q: np.ndarray, G: np.ndarray) -> np.ndarray:
@@ -81,57 +125,67 @@ class PointElements:
 
     def energy(self, Q: np.ndarray) -> float:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
-        return float(
-            sum(
-                volume.ravel() @ self.material.energy(strain(q, G)).ravel()
-                for q, G, volume in self._runs(Q, self.parts)
-            )
-        )
+        runs = ((self._strain(q, run), run) for q, run in self._runs(Q, self.parts))
+        return float(sum(run.volume.ravel() @ self.material.energy(E).ravel() for E, run in runs))
 
     def force(self, Q: np.ndarray) -> np.ndarray:
         """Internal force (e, i, 3) in N for positions and N m for gradients."""
-        return np.concatenate([self._stiffening(q, G, volume) @ q for q, G, volume in self._runs(Q, self.parts)])
+        return np.concatenate([self._stiffening(q, run) @ q for q, run in self._runs(Q, self.parts)])
 
     def tangent(self, Q: np.ndarray) -> Iterator[np.ndarray]:
         """Yield the packed tangents span by span; see `packing`."""
         rows, columns, second = packing(Q.shape[1])
         for start in range(0, len(Q), SPAN):
             part = slice(start, start + SPAN)
-            K = np.concatenate([self._tangent(q, G, volume) for q, G, volume in self._runs(Q[part], self.parts[part])])
+            K = np.concatenate([self._tangent(q, run) for q, run in self._runs(Q[part], self.parts[part])])
             entries = K.reshape(len(K), 3 * Q.shape[1], -1)[:, rows, columns]
             yield np.concatenate([entries[:, :second].ravel(), entries[:, second:].ravel()])
 
     @staticmethod
-    def _runs(Q: np.ndarray, parts: tuple[Integrand, ...]):
-        """(Q, G, volume) of consecutive elements with equally many points, in portions that stay small."""
+    def _runs(Q: np.ndarray, parts: tuple[Integrand, ...]) -> Iterator[tuple[np.ndarray, Integrand]]:
+        """Q and stacked Integrand of consecutive elements with equally many points, in portions that stay small."""
         start = 0
         while start < len(Q):
             points = len(parts[start].volume)
-            most = max(1, RUN_BYTES // (points * 9 * 48 * 8 * 2))
+            most = max(1, RUN_BYTES // (points * 9 * 3 * Q.shape[1] * 8 * 2))
             stop = start + 1
             while stop < min(len(Q), start + most) and len(parts[stop].volume) == points:
                 stop += 1
             run = parts[start:stop]
-            yield Q[start:stop], np.stack([part.G for part in run]), np.stack([part.volume for part in run])
+            yield Q[start:stop], Integrand(*(np.stack([getattr(part, name) for part in run]) for name in FIELDS))
             start = stop
 
-    def _stiffening(self, Q: np.ndarray, G: np.ndarray, volume: np.ndarray) -> np.ndarray:
+    def _relaxed(self, X: np.ndarray, run: Integrand) -> np.ndarray:
+        """Strains X (e, q, 9, c) with the enhanced ones that belong to them."""
+        e, q, _, c = X.shape
+        C = self.material.tangent(np.zeros((3, 3))).reshape(9, 9)
+        M = run.M.reshape(e, q, 9, -1)
+        CM = C @ M * run.volume[..., None, None]
+        flat = (array.reshape(e, 9 * q, -1) for array in (X, M, CM))
+        return relaxed(*flat).reshape(e, q, 9, c)
+
+    def _strain(self, Q: np.ndarray, run: Integrand) -> np.ndarray:
+        """E (e, q, 3, 3), the enhanced strain included."""
+        E = strain(Q, run.G)
+        return self._relaxed(E.reshape(*E.shape[:2], 9, 1), run).reshape(E.shape)
+
+    def _stiffening(self, Q: np.ndarray, run: Integrand) -> np.ndarray:
         """P_ij (e, i, j) = integral G_ip S_pr G_jr dV."""
-        S = self.material.stress(strain(Q, G)) * volume[..., None, None]
+        G = run.G
+        S = self.material.stress(self._strain(Q, run)) * run.volume[..., None, None]
         e, q, i, _ = G.shape
         GS = (G @ S).swapaxes(1, 2).reshape(e, i, 3 * q)
         return GS @ G.swapaxes(2, 3).reshape(e, 3 * q, i)
 
-    def _tangent(self, Q: np.ndarray, G: np.ndarray, volume: np.ndarray) -> np.ndarray:
+    def _tangent(self, Q: np.ndarray, run: Integrand) -> np.ndarray:
         """Tangents K (e, i, 3, k, 3) of elements with equally many points."""
-        e, q, i, _ = G.shape
-        F = _gradient(Q, G)
-        C = self.material.tangent((F.swapaxes(-1, -2) @ F - np.eye(3)) / 2) * volume[..., None, None, None, None]
-        E_q = np.einsum("eqap,eqir->eqpria", F, G).reshape(e, q, 9, 3 * i)
-        CE = C.reshape(e, q, 9, 9) @ E_q
+        e, q, i, _ = run.G.shape
+        C = self.material.tangent(self._strain(Q, run)) * run.volume[..., None, None, None, None]
+        E_q = np.einsum("eqap,eqir->eqpria", _gradient(Q, run.G), run.G).reshape(e, q, 9, 3 * i)
+        CE = C.reshape(e, q, 9, 9) @ self._relaxed(E_q, run)
         K = E_q.reshape(e, 9 * q, 3 * i).swapaxes(1, 2) @ CE.reshape(e, 9 * q, 3 * i)
         K = K.reshape(e, i, 3, i, 3)
-        P = self._stiffening(Q, G, volume)
+        P = self._stiffening(Q, run)
         for a in range(3):
             K[:, :, a, :, a] += P
         return K

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from ancf.nurbs import Surface, surface_derivatives, unit_normal
-from ancf.shape import CONFORMING, CORNERS, Conforming
+from ancf.shape import CONFORMING, CORNERS, EDGES, Plate
 
 Cell = tuple[tuple[float, float], tuple[float, float]]
 
@@ -19,11 +20,12 @@ class Mesh:
 
     x_lines, y_lines: grid lines in mid-surface parameters. vectors (v, 3): nodal vectors of the
     reference shape. connectivity (e, i): nodal vector that each shape function multiplies.
-    kinds (v,): "r", "r_x", "r_y" or "r_z". parameters (v, 2): where the vector's node lies.
-    Nodes are numbered along the direction with fewer elements first, which keeps the band narrow.
+    kinds (v,): what each vector is, "r", "r_x" ... parameters (v, 2): where its node lies, or the
+    middle of its edge. corners (e, 2): the lines at which an element begins. Vectors are numbered along
+    the direction with fewer elements first, those of edges beside their nodes: the band stays narrow.
     """
 
-    shape: Conforming
+    shape: Plate
     x_lines: np.ndarray
     y_lines: np.ndarray
     vectors: np.ndarray
@@ -70,48 +72,94 @@ def _interval(lines: np.ndarray, value: float, name: str) -> int:
     return int(np.clip(np.searchsorted(lines, value, side="right") - 1, 0, len(lines) - 2))
 
 
-def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = None) -> Mesh:
+def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = None, shape: Plate = CONFORMING) -> Mesh:
     """Mesh between the given lines; flat at Z = 0 with normal +Z, or on a NURBS surface.
 
-    Nodal vectors on a surface are its point, its two parameter derivatives and its unit normal.
-    Raises ValueError where the lines do not increase, GeometryError where the surface is degenerate at a node.
+    Nodal vectors on a surface are its point, its parameter derivatives and its unit normal; an edge has
+    what the normal at its middle exceeds the mean of those at its ends by. Raises ValueError where the
+    lines do not increase, GeometryError where the surface is degenerate at a node or the middle of an edge.
     """
-    x_lines, y_lines = np.asarray(x_lines, dtype=float), np.asarray(y_lines, dtype=float)
-    for name, lines in (("x", x_lines), ("y", y_lines)):
-        if lines.ndim != 1 or len(lines) < 2 or not np.all(np.diff(lines) > 0):
-            raise ValueError(f"grid lines along {name} must increase and number at least two, got {lines}")
-    nx, ny = len(x_lines), len(y_lines)
-    number = np.arange(nx * ny).reshape(nx, ny) if ny <= nx else np.arange(nx * ny).reshape(ny, nx).T
-    i, j = (index.ravel() for index in np.indices((nx, ny)))
-    order = np.argsort(number.ravel())
-    at = np.stack([x_lines[i], y_lines[j]], axis=1)[order]
+    lines = np.asarray(x_lines, dtype=float), np.asarray(y_lines, dtype=float)
+    for name, values in zip("xy", lines, strict=True):
+        if values.ndim != 1 or len(values) < 2 or not np.all(np.diff(values) > 0):
+            raise ValueError(f"grid lines along {name} must increase and number at least two, got {values}")
+    nx, ny = len(lines[0]), len(lines[1])
+    places = _places(nx, ny, len(shape.node_kinds), len(shape.edge_kinds))
     corners = np.stack([index.ravel() for index in np.indices((nx - 1, ny - 1))], axis=1)
     if ny > nx:
         corners = corners[np.lexsort((corners[:, 0], corners[:, 1]))]
-    nodes = np.stack([number[corners[:, 0] + c, corners[:, 1] + d] for c, d in CORNERS], axis=1)
-    connectivity = (4 * nodes[:, :, None] + np.arange(4)).reshape(len(nodes), 16)
-    vectors = _flat(at) if surface is None else _curved(at, surface)
-    return Mesh(
-        CONFORMING,
-        x_lines,
-        y_lines,
-        vectors.reshape(-1, 3),
-        connectivity,
-        np.tile(["r", "r_x", "r_y", "r_z"], nx * ny),
-        np.repeat(at, 4, axis=0),
-        corners,
-    )
+    parts = [(places.node, shape.node_kinds, *_at_nodes(lines, shape, surface))]
+    if shape.edges:
+        parts += [(places.edge[axis], shape.edge_kinds, *_at_edges(lines, axis, surface)) for axis in (0, 1)]
+    vectors, parameters = np.empty((places.count, 3)), np.empty((places.count, 2))
+    kinds = np.empty(places.count, dtype="U4")
+    for first, names, values, at in parts:
+        own = first[..., None] + np.arange(len(names))
+        vectors[own], parameters[own], kinds[own] = values, at[..., None, :], names
+    return Mesh(shape, *lines, vectors, places.connectivity(corners, shape), kinds, parameters, corners)
 
 
-def _flat(at: np.ndarray) -> np.ndarray:
-    """Nodal vectors (n, 4, 3) of the rectangle."""
-    vectors = np.zeros((len(at), 4, 3))
-    vectors[:, 0, :2] = at
-    vectors[:, 1:] = np.eye(3)
-    return vectors
+class _Places(NamedTuple):
+    """Number of the first vector of each node (nx, ny) and of the edges along x (nx - 1, ny) and y (nx, ny - 1)."""
+
+    node: np.ndarray
+    edge: tuple[np.ndarray, np.ndarray]
+    count: int
+
+    def connectivity(self, corners: np.ndarray, shape: Plate) -> np.ndarray:
+        """Nodal vectors (e, i) of the elements that begin at the lines `corners` (e, 2)."""
+        i, j = corners.T
+        starts = [(self.node[i + c, j + d], len(shape.node_kinds)) for c, d in CORNERS]
+        if shape.edges:
+            starts += [(self.edge[axis][i + c, j + d], len(shape.edge_kinds)) for axis, (c, d) in EDGES]
+        return np.concatenate([first[:, None] + np.arange(count) for first, count in starts], axis=1)
 
 
-def _curved(at: np.ndarray, surface: Surface) -> np.ndarray:
-    """Nodal vectors (n, 4, 3) of a NURBS surface."""
-    values = surface_derivatives(surface, at[:, 0], at[:, 1])
-    return np.stack([values.s, values.s_u, values.s_v, unit_normal(values).n], axis=1)
+def _places(nx: int, ny: int, node_vectors: int, edge_vectors: int) -> _Places:
+    """Number node by node, each followed by its edge along the shorter direction and then by its other one."""
+    fast = 1 if ny <= nx else 0
+    counts = np.empty((nx, ny, 3), dtype=int)
+    counts[...] = node_vectors, edge_vectors, edge_vectors
+    for axis in (0, 1):
+        last = (-1, slice(None)) if axis == 0 else (slice(None), -1)
+        counts[(*last, 1 if axis == fast else 2)] = 0
+    ordered = counts if fast == 1 else counts.swapaxes(0, 1)
+    first = (ordered.cumsum() - ordered.ravel()).reshape(ordered.shape)
+    first = first if fast == 1 else first.swapaxes(0, 1)
+    along_x, along_y = (first[..., 1 if axis == fast else 2] for axis in (0, 1))
+    return _Places(first[..., 0], (along_x[:-1], along_y[:, :-1]), int(counts.sum()))
+
+
+def _at_nodes(lines, shape: Plate, surface: Surface | None) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors (nx, ny, k, 3) of the nodes, in the order of their kinds, and parameters (nx, ny, 2)."""
+    at = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+    if surface is None:
+        flat = np.zeros((*at.shape[:2], 3))
+        flat[..., :2] = at
+        unit = {
+            kind: np.broadcast_to(row, flat.shape) for kind, row in zip(("r_x", "r_y", "r_z"), np.eye(3), strict=True)
+        }
+        found = {"r": flat, **unit, "r_xy": np.zeros_like(flat)}
+    else:
+        values = surface_derivatives(surface, at[..., 0], at[..., 1])
+        found = {"r": values.s, "r_x": values.s_u, "r_y": values.s_v, "r_xy": values.s_uv}
+        found["r_z"] = unit_normal(values).n
+    return np.stack([found[kind] for kind in shape.node_kinds], axis=-2), at
+
+
+def _at_edges(lines, axis: int, surface: Surface | None) -> tuple[np.ndarray, np.ndarray]:
+    """Vectors (nx, ny, 1, 3) of the edges along an axis and the parameters (nx, ny, 2) of their middles."""
+    middles = [(own[:-1] + own[1:]) / 2 if along == axis else own for along, own in enumerate(lines)]
+    at = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
+    if surface is None:
+        return np.zeros((*at.shape[:2], 1, 3)), at
+    ends = [
+        [own[half] if along == axis else own for along, own in enumerate(lines)] for half in (np.s_[:-1], np.s_[1:])
+    ]
+    first, last = (_normals(np.stack(np.meshgrid(*end, indexing="ij"), axis=-1), surface) for end in ends)
+    return (_normals(at, surface) - (first + last) / 2)[..., None, :], at
+
+
+def _normals(at: np.ndarray, surface: Surface) -> np.ndarray:
+    """Unit normals (..., 3) of a surface at the parameters (..., 2)."""
+    return unit_normal(surface_derivatives(surface, at[..., 0], at[..., 1])).n

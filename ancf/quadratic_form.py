@@ -11,8 +11,8 @@ so the energy of a St. Venant-Kirchhoff solid is a quadratic form of D with a co
     P = 1/2 A : (D - D0),    U = 1/4 (D - D0) : P,
     f_ia = P_ij Q_ja,        df_ia/dQ_kb = P_ik delta_ab + A_ijkn Q_ja Q_nb.
 
-All rules, subdomains and grooves are spent when A is integrated; elements of equal shape and groove
-share it, and the whole mesh is a few matrix products.
+All rules, subdomains, grooves and enhanced strains are spent when A is integrated; elements of equal
+shape and groove share it, and the whole mesh is a few matrix products.
 
 D, P and A are symmetric in (i, j), so 136 pairs of 16 functions suffice. The tangent maps the
 matrices Q_ja Q_nb (j, n) to matrices (i, k) and commutes with transposition, so it splits into a
@@ -31,7 +31,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ancf.element import Integrand
+from ancf.element import Integrand, relaxed
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 
@@ -84,9 +84,15 @@ def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) ->
     C = material.tangent(np.zeros((3, 3)))
     C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT])
     both = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-    weighted = E_m @ (C_voigt * both * both[:, None]) * parts.volume[:, None, None]
-    m = len(pair.first)
-    return E_m.transpose(1, 0, 2).reshape(m, -1) @ weighted.transpose(1, 0, 2).reshape(m, -1).T
+    C_voigt = C_voigt * both * both[:, None]
+    q, m, _ = E_m.shape
+    E_m = E_m.transpose(0, 2, 1)
+    M = np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)
+    CM = (C_voigt @ M * parts.volume[:, None, None]).reshape(6 * q, -1)
+    E = relaxed(E_m.reshape(6 * q, m), M.reshape(6 * q, -1), CM)
+    CE = C_voigt @ E.reshape(q, 6, m) * parts.volume[:, None, None]
+    A = E_m.reshape(6 * q, m).T @ CE.reshape(6 * q, m)
+    return (A + A.T) / 2
 
 
 def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:

@@ -3,8 +3,8 @@
 Readings chosen here
 - Point load: spread over the material line through the thickness; edge and patch loads uniform over
   the kept area or volume.
-- Clamp "all": the twelve coordinates of each node on the edge. "tangential": r, r_z and the gradient
-  along the edge.
+- Clamp "all": every nodal vector of the nodes and edges on it. "tangential": r, r_z (d_e) and the
+  gradient along the edge.
 - An initial angular velocity turns about the origin of space: v = velocity + angular_velocity x r.
 - The time step is the largest that divides the time between two outputs and is not longer than the level's.
 - The global rule (Eq. 7) also integrates the mass.
@@ -34,6 +34,7 @@ from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, GeometryError, Surface
 from ancf.outline import facets, positions
+from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp
 from ancf.system import Body, System, body, distinct, expected_memory, system
@@ -169,7 +170,7 @@ def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
         patch = scene.surface
         surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
     lines = (np.linspace(*span, count + 1) for span, count in zip(scene.surface.span, level.mesh, strict=True))
-    return grid(*lines, surface)
+    return grid(*lines, surface, FAMILY[level.element])
 
 
 def _held(scene: Scene, mesh: Mesh) -> np.ndarray:
@@ -313,9 +314,10 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     """What is modelled and what is left out, one line each."""
     dynamic = scene.analysis.kind == "dynamic"
     points = "x".join(str(count) for count in level.points)
+    coordinates = 3 * len(FAMILY[level.element].kinds)
     per = "subdomain" if level.integration == "subdomain" else "element"
     modelled = [
-        "fully parameterized conforming plate elements (48 coordinates), large rotation and strain",
+        f"fully parameterized {level.element} plate elements ({coordinates} coordinates), large rotation and strain",
         f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
         f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
         if dynamic

@@ -13,12 +13,11 @@ from ancf.element import Integrand, PointElements, integrand, mass
 from ancf.loads import Load
 from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
-from ancf.packing import element_order
+from ancf.packing import element_order, pairs
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
-FORM_BYTES = 8 * (2 * 120 * 136 + 105 * 120)
-ELEMENT_BYTES = 20_000
+ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
@@ -54,7 +53,8 @@ class System:
     """A body with held components and loads. q, v and a are components (3 v,); sums over unknowns are (u,).
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
-    to become a force in N: 1 for positions, element sides for r_x and r_y, half the thickness for r_z.
+    to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
+    the thickness for r_z and d_e.
     """
 
     body: Body
@@ -130,13 +130,18 @@ def body(
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
     pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
-    Raises GeometryError where a groove leaves no material or a reference shape folds.
+    Raises GeometryError where a groove leaves no material or a reference shape folds, ValueError where
+    the points are too few for the element.
     """
+    least = mesh.shape.least_points
+    if any(count < few for count, few in zip(points, least, strict=True)):
+        own, needed = ("x".join(map(str, counts)) for counts in (points, least))
+        raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
     vectors = mesh.element_vectors
     form_of, first = distinct(mesh, bands)
     rules = [element_rule(mesh.cells[e], bands, thickness, points, integration) for e in first]
     parts = [integrand(mesh.shape, rule, mesh.cells[e], vectors[e]) for e, rule in zip(first, rules, strict=True)]
-    pointwise = pointwise or len(parts) * FORM_BYTES > MOST_FORM_BYTES
+    pointwise = pointwise or len(parts) * form_bytes(len(mesh.shape.kinds)) > MOST_FORM_BYTES
     order = element_order(form_of)
     form_of, connectivity = form_of[order], mesh.connectivity[order]
     if pointwise:
@@ -185,21 +190,25 @@ def _mass_matrix(parts: list[Integrand], form_of, connectivity, vectors: int, de
 
 def expected_memory(mesh: Mesh, unknowns: int, shapes: int) -> float:
     """Memory (MB) of a whole process that solves on this mesh with so many distinct elements."""
-    elements = len(mesh.connectivity)
-    band = 12 * (min(len(mesh.x_lines), len(mesh.y_lines)) + 1) + 12
-    return 92 + 1e-6 * (FORM_BYTES * shapes + ELEMENT_BYTES * elements + 2 * 8 * band * unknowns)
+    elements, functions = mesh.connectivity.shape
+    band = 3 * int(np.ptp(mesh.connectivity, axis=1).max() + 1)
+    own = ELEMENT_BYTES * (functions / 16) ** 2
+    return 92 + 1e-6 * (form_bytes(functions) * shapes + own * elements + 2 * 8 * band * unknowns)
+
+
+def form_bytes(functions: int) -> int:
+    """Memory of the tensors of one distinct element."""
+    pair = pairs(functions)
+    moving, all_pairs = len(pair.moving), len(pair.first)
+    return 8 * (2 * moving * all_pairs + pair.moving_crossed * pair.crossed)
 
 
 def system(plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float) -> System:
     """The body with held components (3 v,) and loads."""
     sums = assembly(plate.connectivity, len(plate.mesh.vectors), held)
     mesh = plate.mesh
-    sides = {
-        "r": 1.0,
-        "r_x": np.ptp(mesh.x_lines) / (len(mesh.x_lines) - 1),
-        "r_y": np.ptp(mesh.y_lines) / (len(mesh.y_lines) - 1),
-        "r_z": thickness / 2,
-    }
+    a, b = (np.ptp(lines) / (len(lines) - 1) for lines in (mesh.x_lines, mesh.y_lines))
+    sides = {"r": 1.0, "r_x": a, "r_y": b, "r_xy": a * b, "r_z": thickness / 2, "d_e": thickness / 2}
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
     return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths)
 

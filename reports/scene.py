@@ -88,9 +88,9 @@ def limits(entries: Sequence[Entry]) -> list[str]:
     found = [AGREEMENT]
     if any(load.kind == "point" for scene in stated for load in scene.loads):
         found.append(POINT)
-    if any(e.solver == "ancf" for e in entries):
-        ratios = {scene.material.poissons_ratio for scene in stated}
-        found += [locking(nu) for nu in sorted(ratios) if nu != 0]
+    locked = [e for e in entries if e.solver == "ancf" and e.level.element == "conforming"]
+    ratios = {e.scene.material.poissons_ratio for e in locked}
+    found += [locking(nu) for nu in sorted(ratios) if nu != 0]
     return [*found, "Anything the scene does not mention: it is not modelled."]
 
 
@@ -102,9 +102,9 @@ def locking(nu: float) -> str:
     """
     stiffer = 100 * ((1 - nu) ** 2 / (1 - 2 * nu) - 1)
     return (
-        f"That the ANCF plate tends to the solid: at \u03bd = {nu:g} it does not. Its thickness stretches evenly, so "
-        f"it cannot follow Poisson's effect in bending (thickness locking) and is up to {stiffer:.3g} % too stiff "
-        "in bending, however fine the mesh. Part of the distance between the two solvers is this."
+        f"That the conforming ANCF plate tends to the solid: at \u03bd = {nu:g} it does not. Its thickness stretches "
+        f"evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is up to {stiffer:.3g} % "
+        "too stiff in bending, however fine the mesh. Part of the distance between the two solvers is this."
     )
 
 

@@ -1,11 +1,14 @@
 """Plates that the tests of this folder share."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 from ancf.material import from_engineering
 from ancf.mesh import grid
 from ancf.nurbs import Surface
+from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, TOP, Band
 from ancf.system import body
 
@@ -32,24 +35,30 @@ PLATES = {
 }
 
 
-def _make(kind="plain", *, lines=None, bands=None, nu=0.3, points=(7, 7, 3), pointwise=False, density=2000.0):
+def _make(element, kind="plain", *, lines=None, bands=None, nu=0.3, points=(7, 7, 3), pointwise=False, density=2000.0):
     own_lines, own_bands, surface = PLATES[kind]
-    mesh = grid(*(lines or own_lines), surface)
+    mesh = grid(*(lines or own_lines), surface, FAMILY[element])
     material = from_engineering(2.0e6, nu)
     bands = own_bands if bands is None else bands
     return body(mesh, bands, THICKNESS, material, density, points, pointwise=pointwise)
 
 
+@pytest.fixture(params=list(FAMILY))
+def element(request):
+    """Name of a member of the element family."""
+    return request.param
+
+
 @pytest.fixture
-def make_body():
+def make_body(element):
     """Body of a kind of PLATES (unequal elements), E = 2 MPa, 2000 kg/m3, 0.05 m thick; details as keywords."""
-    return _make
+    return partial(_make, element)
 
 
 @pytest.fixture(params=list(PLATES))
-def plate(request):
+def plate(request, make_body):
     """One body of each kind."""
-    return _make(request.param)
+    return make_body(request.param)
 
 
 @pytest.fixture

@@ -190,10 +190,13 @@ def test_dynamic_failure_is_named_and_keeps_what_was_reached():
     assert len(result.times) == len(result.displacement) == len(result.energies["strain"])
 
 
-def test_estimate_matches_the_solve():
-    case = falling(supports=CLAMP)
-    told = estimate(case, LEVEL)
-    assert told["unknowns"] == solve(case, LEVEL).unknowns
+@pytest.mark.parametrize("element, coordinates", [("conforming", 48), ("enriched", 72)])
+def test_estimate_matches_the_solve(element, coordinates):
+    case, level = falling(supports=CLAMP), LEVEL.model_copy(update={"element": element, "points": (4, 4, 3)})
+    told, result = estimate(case, level), solve(case, level)
+    assert result.status == "ok" and result.level["element"] == element
+    assert told["unknowns"] == result.unknowns
+    assert f"{element} plate elements ({coordinates} coordinates)" in told["modelled"][0]
     assert told["elements"] == 12
     assert told["memory_mb"] > 0
     assert any("groove g" in line for line in told["modelled"])

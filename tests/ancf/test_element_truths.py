@@ -10,13 +10,18 @@ from scipy.spatial.transform import Rotation
 
 from ancf.assembly import assembly
 from ancf.element import PointElements, integrand
+from ancf.material import from_engineering
 from ancf.packing import PORTION, SPAN, packing
 from ancf.quadratic_form import QuadraticElements
 from ancf.quadrature import gauss, onto_cell, tensor
+from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, Band
-from ancf.system import FORM_BYTES, system
+from ancf.system import form_bytes, system
 
 FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
+
+
+FEW_POINTS = {"conforming": (3, 3, 2), "enriched": (4, 4, 3)}
 
 
 def free_system(plate):
@@ -67,7 +72,7 @@ def test_tangent_is_the_derivative_of_force(plate, deformed):
 
 
 @pytest.mark.parametrize("kind", ["plain", "grooved", "curved", "curved, grooved"])
-@pytest.mark.parametrize("points", [(3, 3, 2), (7, 7, 3)])
+@pytest.mark.parametrize("points", [(4, 4, 3), (7, 7, 3)])
 def test_quadratic_form_equals_the_sum_over_points(make_body, deformed, kind, points):
     """1e-12 of the largest entry: both sum the same numbers in another order."""
     fast, plain = make_body(kind, points=points), make_body(kind, points=points, pointwise=True)
@@ -81,36 +86,49 @@ def test_quadratic_form_equals_the_sum_over_points(make_body, deformed, kind, po
     np.testing.assert_allclose(K, K_plain, atol=1e-12 * np.abs(K_plain).max())
 
 
-def looped_force(Q, G, volume, lame, shear):
-    """f_ia of one element by the textbook: loops over points, functions and components."""
-    f = np.zeros(Q.shape)
-    for G_q, dV in zip(G, volume, strict=True):
-        F = [[sum(Q[i][a] * G_q[i][p] for i in range(16)) for p in range(3)] for a in range(3)]
+def looped_stress(E, lame, shear):
+    """S_pr = lambda E_ss delta_pr + 2 mu E_pr."""
+    trace = E[0, 0] + E[1, 1] + E[2, 2]
+    return np.array([[lame * trace * (p == r) + 2 * shear * E[p, r] for r in range(3)] for p in range(3)])
+
+
+def looped_force(Q, part, lame, shear):
+    """f_ia of one element by the textbook: loops over points, functions, components and enhanced strains."""
+    f, strains, modes = np.zeros(Q.shape), [], part.M.shape[-1]
+    H, b = np.zeros((modes, modes)), np.zeros(modes)
+    for G_q, M_q, dV in zip(part.G, part.M, part.volume, strict=True):
+        F = [[sum(Q[i][a] * G_q[i][p] for i in range(len(Q))) for p in range(3)] for a in range(3)]
         E = [[(sum(F[a][p] * F[a][r] for a in range(3)) - (p == r)) / 2 for r in range(3)] for p in range(3)]
-        trace = E[0][0] + E[1][1] + E[2][2]
-        S = [[lame * trace * (p == r) + 2 * shear * E[p][r] for r in range(3)] for p in range(3)]
-        for i, a, p, r in itertools.product(range(16), range(3), range(3), range(3)):
-            f[i, a] += F[a][p] * S[p][r] * G_q[i][r] * dV
+        strains.append((np.array(F), np.array(E)))
+        for k in range(modes):
+            S_k = looped_stress(M_q[..., k], lame, shear)
+            b[k] += np.sum(S_k * strains[-1][1]) * dV
+            H[k] += [np.sum(S_k * M_q[..., n]) * dV for n in range(modes)]
+    alpha = -np.linalg.solve(H, b)
+    for (F, E), G_q, M_q, dV in zip(strains, part.G, part.M, part.volume, strict=True):
+        S = looped_stress(E + M_q @ alpha, lame, shear)
+        for i, a, p, r in itertools.product(range(len(Q)), range(3), range(3), range(3)):
+            f[i, a] += F[a, p] * S[p, r] * G_q[i][r] * dV
     return f
 
 
 @pytest.mark.parametrize("kind", ["grooved", "curved, grooved"])
 def test_force_equals_plain_loops(make_body, deformed, kind):
-    """One element, 3 x 3 x 2 points per subdomain, summed as printed in any textbook."""
-    plate = make_body(kind, points=(3, 3, 2), pointwise=True)
+    """One element, 4 x 4 x 3 points per subdomain, summed as printed in any textbook."""
+    plate = make_body(kind, points=(4, 4, 3), pointwise=True)
     q = deformed(plate)
     part, Q, material = plate.elements.parts[1], q[plate.connectivity[1]], plate.elements.material
-    looped = looped_force(Q, part.G, part.volume, material.lame, material.shear)
+    looped = looped_force(Q, part, material.lame, material.shear)
     force = plate.elements.force(q[plate.connectivity])[1]
     np.testing.assert_allclose(force, looped, atol=1e-13 * np.abs(looped).max())
 
 
 @pytest.mark.parametrize("kind", ["plain", "grooved"])
 @pytest.mark.parametrize("lines", [(np.array([0.0, 1.2]), np.array([0.0, 0.6])), None])
-@pytest.mark.parametrize("points", [(3, 3, 2), (7, 7, 3)])
-def test_exactly_six_modes_without_energy(make_body, kind, lines, points):
+@pytest.mark.parametrize("rule", ["few points", "exact"])
+def test_exactly_six_modes_without_energy(make_body, element, kind, lines, rule):
     """Gradients measured in lengths, so that the eigenvalues compare; six rigid modes, and no spurious one."""
-    plate = make_body(kind, lines=lines, points=points)
+    plate = make_body(kind, lines=lines, points=(7, 7, 3) if rule == "exact" else FEW_POINTS[element])
     acting = free_system(plate)
     K = dense_tangent(plate, plate.mesh.vectors) / np.outer(acting.lengths, acting.lengths)
     eigenvalues = np.linalg.eigvalsh(K) / np.abs(K).max()
@@ -119,16 +137,42 @@ def test_exactly_six_modes_without_energy(make_body, kind, lines, points):
 
 
 @pytest.mark.parametrize("bands", [(), (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),)])
-@pytest.mark.parametrize("points", [(3, 3, 2), (7, 7, 3)])
-def test_patch_of_unequal_elements_under_constant_stress(make_body, bands, points):
-    """Uniaxial stress along x leaves faces, and walls of grooves along x, free: no force on inner nodes."""
-    plate = make_body(bands=bands, nu=0.0, points=points, lines=([0, 0.3, 0.7, 1.2], [0, 0.25, 0.35, 0.6]))
-    stretched = plate.mesh.vectors * [1.2, 1.0, 1.0] @ Rotation.from_rotvec([0.3, 0.8, -0.2]).as_matrix().T
+@pytest.mark.parametrize("rule", ["few points", "exact"])
+@pytest.mark.parametrize("nu", [0.0, 0.3])
+def test_patch_of_unequal_elements_under_constant_stress(make_body, element, bands, rule, nu):
+    """Uniaxial stress along x leaves faces, and walls of grooves along x, free: no force on inner nodes.
+
+    The strain across is - nu times that along x, Green's (s^2 - 1)/2.
+    """
+    points = (7, 7, 3) if rule == "exact" else FEW_POINTS[element]
+    plate = make_body(bands=bands, nu=nu, points=points, lines=([0, 0.3, 0.7, 1.2], [0, 0.25, 0.35, 0.6]))
+    across = np.sqrt(1 - nu * (1.2**2 - 1))
+    stretched = plate.mesh.vectors * [1.2, across, across] @ Rotation.from_rotvec([0.3, 0.8, -0.2]).as_matrix().T
     force = free_system(plate).force_internal(stretched.ravel()).reshape(-1, 3)
     x, y = plate.mesh.parameters.T
     inner = (x > 0) & (x < 1.2) & (y > 0) & (y < 0.6)
-    assert inner.sum() == 16
+    assert inner.sum() == {"conforming": 4 * 4, "enriched": 4 * 5 + 12}[element]
     assert np.abs(force[inner]).max() < 1e-14 * np.abs(force).max() + 1e-13 * FORCE
+
+
+@pytest.mark.parametrize("kind", ["plain", "grooved"])
+@pytest.mark.parametrize("pointwise", [False, True])
+def test_homogeneous_strain_has_the_energy_of_the_material(make_body, kind, pointwise):
+    """W(E) times the kept volume for any constant gradient: enhanced strains relieve no constant stress."""
+    plate = make_body(kind, pointwise=pointwise)
+    F = np.eye(3) + 0.1 * np.random.default_rng(8).standard_normal((3, 3))
+    strain = (F.T @ F - np.eye(3)) / 2
+    expected = from_engineering(2.0e6, 0.3).energy(strain) * plate.volume
+    assert plate.elements.energy((plate.mesh.vectors @ F.T)[plate.connectivity]) == pytest.approx(expected, rel=1e-11)
+
+
+def test_too_few_points_are_refused(make_body, element):
+    """Three points along x or y leave a bicubic mid-surface four modes without energy."""
+    if element == "conforming":
+        make_body(points=(3, 3, 2))
+        return
+    with pytest.raises(ValueError, match=r"3x3x2 points leave the enriched element .* 4x4x3 at least"):
+        make_body(points=(3, 3, 2))
 
 
 def test_elements_of_equal_shape_share_one_form(make_body):
@@ -139,9 +183,9 @@ def test_elements_of_equal_shape_share_one_form(make_body):
     assert make_body(lines=even, bands=groove).shapes == 2
 
 
-def test_too_many_distinct_elements_keep_their_points(make_body, monkeypatch):
+def test_too_many_distinct_elements_keep_their_points(make_body, element, monkeypatch):
     """Where the tensors of all distinct elements would not fit, the mesh is evaluated point by point."""
-    monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 5 * FORM_BYTES)
+    monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 5 * form_bytes(len(FAMILY[element].kinds)))
     assert isinstance(make_body(lines=([0, 0.3, 0.7], [0, 0.2, 0.6])).elements, QuadraticElements)
     assert isinstance(make_body(lines=([0, 0.3, 0.7, 1.2], [0, 0.2, 0.6])).elements, PointElements)
 
@@ -176,16 +220,16 @@ def test_folded_reference_shape_is_refused(make_body):
 def test_spans_and_portions_of_many_elements_sum_like_one(make_body, deformed):
     """More elements than a span holds, some shapes shared and some not, against a plain sum of every entry."""
     lines = (np.r_[np.linspace(0, 1, 33), 1.04, 1.1], np.linspace(0, 0.6, 32))
-    options = {"lines": lines, "bands": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), "points": (3, 3, 2)}
+    options = {"lines": lines, "bands": (Band(BOTTOM, GROOVE, 0, (0.2, 0.3), 0.03),), "points": (4, 4, 3)}
     plate, twin = make_body(**options), make_body(**options, pointwise=True)
     assert len(plate.connectivity) > SPAN > PORTION
     q = deformed(plate)
-    at = (3 * twin.connectivity[:, :, None] + np.arange(3)).reshape(-1, 48)
+    at = (3 * twin.connectivity[:, :, None] + np.arange(3)).reshape(len(twin.connectivity), -1)
     rows, columns, values = [], [], []
     for start, K in zip(range(0, len(at), 100), batched_tangents(twin, q, 100), strict=True):
         own = at[start : start + 100]
-        rows.append(np.repeat(own, 48, axis=1).ravel())
-        columns.append(np.tile(own, (1, 48)).ravel())
+        rows.append(np.repeat(own, own.shape[1], axis=1).ravel())
+        columns.append(np.tile(own, (1, own.shape[1])).ravel())
         values.append(K.ravel())
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     plain = sp.csc_matrix(entries, shape=(q.size, q.size))
@@ -195,13 +239,14 @@ def test_spans_and_portions_of_many_elements_sum_like_one(make_body, deformed):
 
 
 def batched_tangents(plate, q, size):
-    """Full tangents (e, 48, 48) of a point-by-point body, `size` elements at a time."""
-    rows, columns, second = packing(16)
+    """Full tangents (e, 3 i, 3 i) of a point-by-point body, `size` elements at a time."""
+    functions = plate.connectivity.shape[1]
+    rows, columns, second = packing(functions)
     for start in range(0, len(plate.connectivity), size):
         part = replace(plate.elements, parts=plate.elements.parts[start : start + size])
         Q = q[plate.connectivity[start : start + size]]
         (packed,) = part.tangent(Q)
-        K = np.empty((len(Q), 48, 48))
+        K = np.empty((len(Q), 3 * functions, 3 * functions))
         for own, values in (
             (slice(second), packed[: len(Q) * second]),
             (slice(second, None), packed[len(Q) * second :]),

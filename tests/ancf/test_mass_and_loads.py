@@ -8,6 +8,7 @@ from ancf.functional import mean_over_edge, mean_over_region, mean_through_thick
 from ancf.loads import spread
 from ancf.mesh import grid
 from ancf.nurbs import Surface
+from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, Band, element_rule
 from ancf.supports import clamp
 
@@ -72,17 +73,26 @@ def annulus(inner=1.0, outer=2.0):
     )
 
 
-@pytest.mark.parametrize("shape, order", [("cylinder", 2), ("annulus", 4)])
-def test_curved_volume_converges_to_the_exact_one(shape, order):
+@pytest.mark.parametrize(
+    "shape, element, order",
+    [
+        ("cylinder", "conforming", 2),
+        ("annulus", "conforming", 4),
+        ("cylinder", "enriched", 4),
+        ("annulus", "enriched", 4),
+    ],
+)
+def test_curved_volume_converges_to_the_exact_one(shape, element, order):
     """Cubic Hermite interpolation of the mid-surface errs like h^4, which the flat annulus shows; linear
-    interpolation of the normal shortens it between nodes by a factor cos(half the angle), which is h^2.
+    interpolation of the normal shortens it between nodes by a factor cos(half the angle), which is h^2,
+    and quadratic interpolation, which has it right in the middle too, like h^4.
     """
     surface = annulus() if shape == "annulus" else PANEL
     exact = {"cylinder": 0.5 * np.pi / 2 * 0.05, "annulus": np.pi / 4 * 3 * 0.05}[shape]
     errors = []
     for n in (2, 4, 8):
         lines = np.linspace(0, 1, n + 1)
-        mesh = grid(*((lines, [0, 1]) if shape == "annulus" else ([0, 0.5], lines)), surface)
+        mesh = grid(*((lines, [0, 1]) if shape == "annulus" else ([0, 0.5], lines)), surface, FAMILY[element])
         parts = [
             integrand(mesh.shape, element_rule(cell, (), 0.05, (7, 7, 3)), cell, Q)
             for cell, Q in zip(mesh.cells, mesh.element_vectors, strict=True)
@@ -148,9 +158,11 @@ def test_history_is_linear_between_its_points_and_constant_beyond():
 
 
 @pytest.mark.parametrize("edge, along", [("x0", "r_y"), ("x1", "r_y"), ("y0", "r_x"), ("y1", "r_x")])
-def test_clamps_hold_what_they_say(make_body, edge, along):
+def test_clamps_hold_what_they_say(make_body, element, edge, along):
     mesh = make_body(lines=EVEN).mesh
     every, tangential = (clamp(mesh, edge, g).reshape(-1, 3).all(axis=1) for g in ("all", "tangential"))
     nodes = {"x": 3, "y": 4}[edge[0]]
-    assert every.sum() == 4 * nodes and tangential.sum() == 3 * nodes
-    assert set(mesh.kinds[tangential]) == {"r", "r_z", along}
+    edges = {"conforming": 0, "enriched": nodes - 1}[element]
+    assert every.sum() == len(mesh.shape.node_kinds) * nodes + edges
+    assert tangential.sum() == 3 * nodes + edges
+    assert set(mesh.kinds[tangential]) == {"r", "r_z", along, *mesh.shape.edge_kinds}

@@ -92,8 +92,9 @@ def _solver(scene: Scene, solver: str, levels: tuple, module: object) -> list[st
         lines += [f"  {shown}: {text}" for text in dict.fromkeys(text for stated in estimates for text in stated[key])]
     for level, stated in zip(levels, estimates, strict=True):
         points = f", {rule(level)} points" if rule(level) else ""
+        most = "at most " if getattr(level, "error_per_step", None) else ""
         lines.append(
             f"  {level_name(level):8}{stated['elements']:>8} elements{stated['unknowns']:>9} unknowns"
-            f"{stated['memory_mb']:>8.0f} MB  step {level.time_step:g} s{points}  [{level.budget}]"
+            f"{stated['memory_mb']:>8.0f} MB  step {most}{level.time_step:g} s{points}  [{level.budget}]"
         )
     return lines

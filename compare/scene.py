@@ -254,11 +254,17 @@ class AncfLevel(Part):
 
 
 class ReferenceLevel(Part):
-    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s)."""
+    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s).
+
+    error_per_step: the displacement error (m) that a time step may add at any node. Where it is stated,
+    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one. In
+    statics, whose answer has no such error, stating it lets the load steps follow the iterations they need.
+    """
 
     size: Positive
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
     time_step: Positive
+    error_per_step: Positive | None = None
     budget: Budget = "standard"
 
 

@@ -56,12 +56,13 @@ def in_ladders(entries: list[Entry]) -> list[Entry]:
 
 
 def series(entry: Entry) -> tuple[Any, ...]:
-    """What the levels of one convergence series share: scene, solver, element, rule, integrator, time step."""
+    """What the levels of one convergence series share: scene, solver, element, rule, integrator, time step,
+    allowed error per step."""
     return (entry.scene.name, entry.solver, *_kind(entry.level))
 
 
 def _kind(level: Level) -> tuple[Any, ...]:
-    return (element(level), rule(level), level.integrator, level.time_step)
+    return (element(level), rule(level), level.integrator, level.time_step, getattr(level, "error_per_step", None))
 
 
 def convergences(entries: list[Entry]) -> list[Convergence]:

@@ -7,14 +7,17 @@ Balance: (1 - alpha_m) M a_{n+1} + alpha_m M a_n + (1 - alpha_f) (f - p)_{n+1} +
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from reference_fe.newton import Equation, Memory, NewtonFailure, solve
+from reference_fe.pace import Attempt, Trial
 from reference_fe.system import System
 
 HALVINGS = 6
+EASY = 1 / 16  # of the allowed error: a step of twice the length has 8 times the error, half of what is allowed
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,45 @@ def _step(
     state, first = _step(system, scheme, state, middle, memory, halvings - 1)
     state, second = _step(system, scheme, state, until, memory, halvings - 1)
     return state, first + second
+
+
+def within(system: System, scheme: Scheme, allowed: float, memory: Memory) -> Attempt:
+    """Steps for pace.march that are rejected where `local_error` is above `allowed` (m) or no equilibrium is found."""
+
+    def attempt(state: State, until: float) -> Trial:
+        try:
+            found = step(system, scheme, state, until, memory)
+        except NewtonFailure as failure:
+            return Trial(state, False, 1, failure)
+        ratio = local_error(scheme, state, found) / allowed
+        if ratio > 1:
+            return Trial(state, False, math.ceil(math.log2(ratio) / (scheme.order + 1)))
+        return Trial(found, True, -1 if ratio <= EASY else 0)
+
+    return attempt
+
+
+def first_step(scheme: Scheme, state: State, allowed: float) -> float:
+    """A first step (s) whose `local_error` stays allowed (m) should it change the acceleration by as much as
+    there is; infinite at rest. A suddenly loaded node moves off so fast that Newton fails at a long step."""
+    fastest = float(np.linalg.norm(state.a, axis=1).max())
+    return math.sqrt(allowed / (_error_factor(scheme) * fastest)) if fastest else math.inf
+
+
+def local_error(scheme: Scheme, before: State, after: State) -> float:
+    """Largest nodal displacement error (m) that the step between two states adds.
+
+    Newmark's update less the third-order one, whose acceleration varies linearly (Zienkiewicz, Xie,
+    Earthq. Eng. Struct. Dyn. 20 (1991) 871): h² (beta - 1/6) (a_{n+1} - a_n). The accelerations of
+    generalized-alpha belong to the times t + (alpha_m - alpha_f) h, which adds half that fraction to beta.
+    """
+    h = after.time - before.time
+    return _error_factor(scheme) * h**2 * float(np.linalg.norm(after.a - before.a, axis=1).max())
+
+
+def _error_factor(scheme: Scheme) -> float:
+    """Local displacement error over h² (a_{n+1} - a_n)."""
+    return abs(scheme.beta + (scheme.alpha_m - scheme.alpha_f) / 2 - 1 / 6)
 
 
 def step(system: System, scheme: Scheme, state: State, until: float, memory: Memory) -> State:

@@ -8,7 +8,8 @@ Readings a solver must choose:
 - An initial angular velocity turns about the origin of space.
 - h is the level's size: every edge length that the mesh is asked for is a fixed multiple of it. The mean
   volume of the tetrahedra is no measure, because in a thin plate it falls with the square of the size.
-- Steps divide each output interval evenly and are never longer than the level's time step.
+- Steps divide each output interval evenly and are never longer than the level's time step. With
+  error_per_step they are halved and doubled between output times and the corners of the load histories.
 """
 
 from __future__ import annotations
@@ -34,6 +35,7 @@ from reference_fe.loads import Load, face_share, line_share, load_at, region_sha
 from reference_fe.mesh import Solid, Spacing, make, store
 from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
+from reference_fe.pace import Pace, march
 from reference_fe.probes import point_weights
 from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
@@ -134,7 +136,8 @@ def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
     memory = model.memory
     nothing = np.zeros((model.solid.box.doflocs.shape[1], 3))
     history = History([], [], {"kinetic": [], "strain": [], "external": []}, {}, nothing)
-    begin, advance = _marching(scene, level, model)
+    pace = _pace(scene, level)
+    begin, advance = _marching(scene, level, model, pace)
     times = _output_times(scene)
     try:
         state = begin()
@@ -150,24 +153,53 @@ def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
     except MemoryError as error:
         history.status, history.message = "out_of_memory", str(error)
     history.facts["factorisations"] = memory.factorisations
+    if pace is not None and history.steps:
+        history.facts |= {"smallest_step": pace.shortest, "largest_step": pace.longest}
+        history.facts["rejected_steps"] = pace.rejected
     history.facts |= {f"{part}_seconds": seconds for part, seconds in memory.seconds.items()}
     memory.solver.close()
     return history
 
 
-def _marching(scene: Scene, level: ReferenceLevel, model: Model) -> tuple[Callable, Callable]:
+def _marching(scene: Scene, level: ReferenceLevel, model: Model, pace: Pace | None) -> tuple[Callable, Callable]:
     """begin() -> state and advance(state, time) -> (state, steps) of the scene's kind of analysis."""
     system, memory, step = model.system, model.memory, level.time_step
     if scene.analysis.kind == "static":
+        attempt = statics.by_iterations(system, memory)
         return (
             lambda: statics.balance(system, statics.begin(system), 0.0, memory),
-            lambda state, time: statics.advance(system, state, time, step, memory),
+            (lambda state, time: march(pace, state, time, attempt))
+            if pace
+            else (lambda state, time: statics.advance(system, state, time, step, memory)),
         )
     scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
+    if pace:
+        return _adaptive_dynamics(scheme, level.error_per_step, model, pace)
     return (
         lambda: dynamics.begin(system, model.velocity),
         lambda state, time: dynamics.advance(system, scheme, state, time, step, memory),
     )
+
+
+def _adaptive_dynamics(scheme: dynamics.Scheme, allowed: float, model: Model, pace: Pace) -> tuple[Callable, Callable]:
+    """begin and advance of `_marching` by steps of an estimated error of at most `allowed` (m)."""
+    attempt = dynamics.within(model.system, scheme, allowed, model.memory)
+
+    def begin() -> dynamics.State:
+        state = dynamics.begin(model.system, model.velocity)
+        pace.wanted = dynamics.first_step(scheme, state, allowed)
+        return state
+
+    return begin, lambda state, time: march(pace, state, time, attempt)
+
+
+def _pace(scene: Scene, level: ReferenceLevel) -> Pace | None:
+    """Where steps are chosen: between the corners of the load histories a time step sees smooth loads."""
+    if level.error_per_step is None:
+        return None
+    if scene.analysis.kind == "static":
+        return Pace(level.time_step, patience=1)
+    return Pace(level.time_step, tuple(sorted({time for load in scene.loads for time, _ in load.history})))
 
 
 def _record(history: History, model: Model, state: dynamics.State | statics.Balance) -> None:
@@ -289,15 +321,10 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
 def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
     """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
     curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
-    marching = (
-        f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
-        if scene.analysis.kind == "dynamic"
-        else f"statics in load steps of {level.time_step:g}"
-    )
     modelled = [
         f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
         "St. Venant-Kirchhoff solid, total Lagrangian, large rotation and strain, exact integration",
-        marching,
+        _marching_words(scene, level),
         *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
         *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
         *(f"clamp at {support.edge}: all displacements of the face" for support in scene.supports),
@@ -305,6 +332,15 @@ def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
     ]
     left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
     return modelled, [*left_out, "contact", "damping", "other materials"]
+
+
+def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
+    """How time or load is stepped."""
+    step, allowed = level.time_step, level.error_per_step
+    if scene.analysis.kind == "static":
+        return f"statics in load steps of {step:g}" + (" at most, by the iterations they need" if allowed else "")
+    chosen = f" at most, each adding no more than {allowed:g} m of estimated error" if allowed else ""
+    return f"implicit dynamics, {level.integrator}, steps of {step:g} s{chosen}"
 
 
 def _absent(scene: Scene) -> dict[str, bool]:

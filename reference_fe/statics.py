@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference_fe.newton import Equation, Memory, NewtonFailure, solve, solve_mixed
+from reference_fe.pace import Attempt, Trial
 from reference_fe.system import System
 
 HALVINGS = 8
+EASY, HARD = 10, 30  # iterations of a load step
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,23 @@ def _step(system: System, state: Balance, until: float, memory: Memory, halvings
     state, first = _step(system, state, middle, memory, halvings - 1)
     state, second = _step(system, state, until, memory, halvings - 1)
     return state, first + second
+
+
+def by_iterations(system: System, memory: Memory) -> Attempt:
+    """Load steps for pace.march: shorter after more than HARD iterations or none that succeed, longer after EASY."""
+
+    def attempt(state: Balance, until: float) -> Trial:
+        before = memory.iterations
+        try:
+            found = balance(system, state, until, memory)
+        except NewtonFailure as failure:
+            if failure.status == "singular_tangent":
+                raise
+            return Trial(state, False, 1, failure)
+        needed = memory.iterations - before
+        return Trial(found, True, 1 if needed > HARD else -1 if needed <= EASY else 0)
+
+    return attempt
 
 
 def balance(system: System, state: Balance, until: float, memory: Memory) -> Balance:

@@ -263,6 +263,11 @@ REST = {
         {"reference.time_step": 0.04},
         "reference.levels.0.time_step = 0.04: analysis.every = 0.02",
     ),
+    "largest step of the reference": (
+        {"reference.time_step": 0.04, "reference.error_per_step": 1e-5},
+        "reference.levels.0.time_step = 0.04: analysis.every = 0.02",
+    ),
+    "no allowed error": ({"reference.error_per_step": 0.0}, "reference.error_per_step = 0.0: must be greater than 0"),
     "time step of the sensitivity": (
         {"sensitivity.ancf.time_step": 0.015},
         "sensitivity.ancf.time_step = 0.015: analysis.every",

@@ -124,6 +124,19 @@ def test_series_of_other_rules_do_not_mix():
     assert [row["order"] for row in found[4:]] == pytest.approx([2, 2], rel=1e-6)
 
 
+def test_levels_with_and_without_an_allowed_error_are_two_series():
+    first = SCENE.reference.levels[0]
+    levels = [
+        first.model_copy(update={"size": h, "error_per_step": e}) for h in (0.4, 0.2, 0.1) for e in (None, 1e-5, 1e-6)
+    ]
+    scene = SCENE.model_copy(update={"reference": SCENE.reference.model_copy(update={"levels": tuple(levels)})})
+    factor = {None: 0.1, 1e-5: 0.2, 1e-6: 0.3}
+    values = [-0.5 - factor[level.error_per_step] * level.size**2 for level in levels]
+    found = rows([entry(scene, "reference", level, v) for level, v in zip(levels, values, strict=True)])
+    assert [row["level"] for row in found] == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    assert [row["extrapolated"] is not None for row in found] == [False] * 6 + [True] * 3
+
+
 @pytest.mark.parametrize("status", ["newton_diverged", "crashed: killed by SIGKILL"])
 def test_a_failed_level_is_a_row_without_numbers_and_refuses_later_bands(status):
     entries = ladder(SCENE, "ancf", squares(5), ["ok", status])

@@ -128,7 +128,7 @@ def test_doubly_curved_plate_is_free_of_strain_at_rest_and_when_turned(make_body
 
 
 # Height (m) of P at 1 s: plain cantilever, tangential clamp, dt = 0.02 s, at 2x2 and 4x4 elements. Recorded from
-# two codes, this one and a prototype that shared nothing with it; a solid gives -0.500 to -0.502.
+# two codes that shared nothing; a solid gives -0.500 to -0.502.
 PARTS = {
     "neither": (Plate("conforming", twist=False, edges=False), (-0.3744, -0.4633)),
     "twist": (Plate("twist", twist=True, edges=False), (-0.3838, -0.4771)),
@@ -152,7 +152,7 @@ def test_both_enrichments_are_needed(part, monkeypatch):
 
 
 def test_one_groove_is_followed_with_five_elements():
-    """Static, groove y in [0.4, 0.6], 0.02 m deep: -0.6640 at 5x5 and -0.6663 at 10x10, as a prototype found."""
+    """Static, groove y in [0.4, 0.6], 0.02 m deep: -0.6640 at 5x5 and -0.6663 at 10x10, as a second code found."""
     scene = load("cantilever")
     groove = scene.grooves[0].model_copy(update={"across": (0.4, 0.6), "depth": 0.02})
     clamps = tuple(support.model_copy(update={"gradients": "tangential"}) for support in scene.supports)

@@ -20,7 +20,7 @@ from compare.report import write
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.speed_curves import Curves
 from reports.speed_page import page
-from reports.speed_unit import Measured, command, measure, measurements
+from reports.unit import Measured, command, measure, measurements
 
 OUT = Path("reports/build")
 UNKNOWNS, MANY = 5532, 100_000  # of the reference's two judged meshes
@@ -81,34 +81,34 @@ def gather(budget: str, tell: Report = lambda measured, seconds: None) -> Found:
         return measured
 
     found: Found = {"load": os.getloadavg()[0]}
-    found["kernels"] = take("kernels", mesh=16, seconds=plan["kernel_seconds"])
-    found["growth"] = [take("growth", mesh=n, seconds=plan["kernel_seconds"] / 8) for n in plan["growth"]]
+    found["kernels"] = take("speed_kernels.kernels", mesh=16, seconds=plan["kernel_seconds"])
+    found["growth"] = [take("speed_kernels.growth", mesh=n, seconds=plan["kernel_seconds"] / 8) for n in plan["growth"]]
     found["ancf"] = [
-        take("ancf", scene="cantilever_plain", mesh=n, time_step=step, repeats=3 if n <= 16 else 1)
+        take("speed_runs.ancf", scene="cantilever_plain", mesh=n, time_step=step, repeats=3 if n <= 16 else 1)
         for n, step in plan["runs"].items()
     ]
-    found["table5"] = plan["table5"] and take("table5", meshes=plan["table5"])
+    found["table5"] = plan["table5"] and take("speed_runs.table5", meshes=plan["table5"])
     found |= _against_calculix(take, plan)
-    found["exudyn"] = plan["exudyn"] and take("exudyn", **plan["exudyn"])
+    found["exudyn"] = plan["exudyn"] and take("speed_runs.exudyn_run", **plan["exudyn"])
     if plan["exudyn"]:
         mesh, steps = plan["exudyn"]["mesh"], plan["exudyn"]["steps"]
-        found["exudyn_ours"] = take("ancf", scene="cantilever_plain", mesh=mesh, time_step=1 / steps)
+        found["exudyn_ours"] = take("speed_runs.ancf", scene="cantilever_plain", mesh=mesh, time_step=1 / steps)
     found["many"] = _many(take, plan)
-    found["curve"] = take("curve", **plan["curve"])
+    found["curve"] = take("speed_runs.curve", **plan["curve"])
     return found
 
 
 def _against_calculix(take: Callable[..., Measured], plan: dict[str, Any]) -> Found:
     """The reference and CalculiX on one mesh, alternating."""
-    size = take("size", unknowns=UNKNOWNS)
+    size = take("speed_runs.size", unknowns=UNKNOWNS)
     if not size.ok:
         return {"reference": [size], "calculix": []}
     same = {"size": size.get("size"), "time_step": 0.01, "until": plan["calculix_until"]}
     ours, theirs = [], []
     for k in range(plan["reference_runs"]):
-        ours.append(take("reference", scene="cantilever_plain", **same))
+        ours.append(take("speed_runs.reference", scene="cantilever_plain", **same))
         if k == 0 or (plan["reference_runs"] > 2 and k == 1):
-            theirs.append(take("calculix", **same))
+            theirs.append(take("speed_runs.calculix_run", **same))
     return {"reference": ours, "calculix": theirs}
 
 
@@ -116,8 +116,8 @@ def _many(take: Callable[..., Measured], plan: dict[str, Any]) -> Measured | Non
     """The reference on its large mesh."""
     if plan["many"] is None:
         return None
-    size = take("size", unknowns=plan["many"])
-    return take("newton", size=size.get("size"), steps=20, time_step=0.02) if size.ok else size
+    size = take("speed_runs.size", unknowns=plan["many"])
+    return take("speed_runs.newton", size=size.get("size"), steps=20, time_step=0.02) if size.ok else size
 
 
 def figures(found: Found) -> list[Figure]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from compare.convergence import Convergence, study
-from reports.speed_unit import Measured
+from reports.unit import Measured
 
 NAMES = {"ancf": "ANCF", "reference": "reference"}
 COSTS = (1.0, 0.1)  # percent

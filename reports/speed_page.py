@@ -9,7 +9,7 @@ from compare.plots import Series, log_plot
 from compare.report import Block, Bullets, Column, Commands, Facts, Page, Plots, Section, Table, Text, Verdict
 from compare.verdict import Figure
 from reports.speed_curves import NAMES, Curves
-from reports.speed_unit import Measured, measurements
+from reports.unit import Measured, measurements
 
 TITLE = "What both solvers cost"
 LEAD = (

@@ -7,7 +7,7 @@ import pytest
 
 from reports import speed, speed_curves
 from reports.speed_curves import Curves, cost_to
-from reports.speed_unit import Measured, command, measure
+from reports.unit import Measured, command, measure
 
 
 def test_the_doctests_hold():
@@ -35,22 +35,22 @@ def test_no_cost_is_extrapolated(errors, why):
 
 
 def test_a_unit_runs_alone_with_one_thread():
-    measured = measure("growth", mesh=2, seconds=0.01)
+    measured = measure("speed_kernels.growth", mesh=2, seconds=0.01)
     assert measured.ok, measured.status
     assert [row["distinct"] for row in measured.get("rows")] == [1, 2]
     assert measured.get("peak_mb") > 0
-    assert measured.command.endswith("-m reports.speed_unit growth mesh=2 seconds=0.01")
+    assert measured.command.endswith("-m reports.unit speed_kernels.growth mesh=2 seconds=0.01")
 
 
 def test_a_failed_unit_says_why():
-    measured = measure("ancf", scene="no_such_scene", mesh=2, time_step=0.1)
+    measured = measure("speed_runs.ancf", scene="no_such_scene", mesh=2, time_step=0.1)
     assert measured.status.startswith("failed") and "no_such_scene" in measured.status
     assert measured.get("cpu_seconds") is None
 
 
 def test_a_command_survives_the_shell():
-    words = command("curve", {"meshes": [2, 4], "scene": "plain"})
-    assert words.endswith("speed_unit curve 'meshes=[2, 4]' scene=plain")
+    words = command("speed_runs.curve", {"meshes": [2, 4], "scene": "plain"})
+    assert words.endswith("unit speed_runs.curve 'meshes=[2, 4]' scene=plain")
 
 
 def row(solver, mesh, h, height, seconds):
@@ -129,7 +129,7 @@ def test_the_page_says_what_was_met_missed_absent_and_failed(found, tmp_path):
     assert figures["cost_ratio_1_percent"]["met"] is False
     assert figures["calculix_cpu_ratio"]["value"] is None and figures["table5_wall_s"]["met"] is None
     assert "ccx is not on the path" in page and "out of memory" in page
-    assert all(f"reports.speed_unit {name}" in page for name in ("kernels", "ancf", "reference", "curve"))
+    assert all(f"reports.unit {name}" in page for name in ("kernels", "ancf", "reference", "curve"))
 
 
 @pytest.mark.slow

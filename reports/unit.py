@@ -1,9 +1,10 @@
-"""One measurement in a process of its own with one thread: what the benchmark runs, and how to run it alone.
+"""One measurement in a process of its own with one thread: what an exhibit runs, and how to run it alone.
 
-    python -m reports.speed_unit NAME key=value ...
+    python -m reports.unit NAME key=value ...
 
 prints what the unit measured as JSON. Values are JSON where they parse as such and words otherwise. A unit is
-a function (**arguments) -> dict of numbers and words, named by its module and itself in UNITS.
+a function (**arguments) -> dict of numbers and words; its name is its module below `reports` and its own, for
+example speed_runs.ancf. Its "status", where it returns one, is "ok" or the name of a failure.
 """
 
 from __future__ import annotations
@@ -21,18 +22,6 @@ from typing import Any
 from compare.pool import THREADS
 from compare.worker import peak_mb
 
-UNITS = {
-    "kernels": "reports.speed_kernels.kernels",
-    "growth": "reports.speed_kernels.growth",
-    "ancf": "reports.speed_runs.ancf",
-    "table5": "reports.speed_runs.table5",
-    "size": "reports.speed_runs.size",
-    "reference": "reports.speed_runs.reference",
-    "newton": "reports.speed_runs.newton",
-    "curve": "reports.speed_runs.curve",
-    "calculix": "reports.speed_runs.calculix_run",
-    "exudyn": "reports.speed_runs.exudyn_run",
-}
 PYTHON = os.path.relpath(sys.executable) if sys.executable.startswith(os.getcwd()) else sys.executable
 TAIL = 2000  # characters of a failed unit's standard error that are kept
 
@@ -68,7 +57,7 @@ class Measured:
 def command(name: str, arguments: dict[str, Any]) -> str:
     """What to type to run a unit alone."""
     words = [f"{key}={value if isinstance(value, str) else json.dumps(value)}" for key, value in arguments.items()]
-    return " ".join([PYTHON, "-m", "reports.speed_unit", name, *(_quoted(word) for word in words)])
+    return " ".join([PYTHON, "-m", "reports.unit", name, *(_quoted(word) for word in words)])
 
 
 def _quoted(word: str) -> str:
@@ -102,7 +91,7 @@ def main(words: Sequence[str] | None = None) -> int:
     name, *pairs = sys.argv[1:] if words is None else words
     os.environ |= dict.fromkeys(THREADS, "1")  # before NumPy is loaded
     arguments = {key: _value(text) for key, _, text in (pair.partition("=") for pair in pairs)}
-    module, _, function = UNITS[name].rpartition(".")
+    module, _, function = f"reports.{name}".rpartition(".")
     lines = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what a solver prints is no measurement
     values = getattr(importlib.import_module(module), function)(**arguments)

@@ -1,0 +1,140 @@
+"""Run the chapters of the hard cases, judge them, write hard_cases.html and hard_cases.json.
+
+    python -m reports.hard_cases --budget quick|standard|full [--chapter NAME ...]
+
+Every unit runs in a process of its own with one thread, `--jobs` of them at a time. A unit that fails is a
+row with the failure's name; nothing else is lost by it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import ModuleType
+
+from compare import gate
+from compare.provenance import provenance
+from compare.report import Commands, Facts, Page, Section, Verdict, write
+from compare.scene import BUDGETS
+from compare.verdict import Figure, at_most
+from reports.hard_cases.chapter import Chapter, Outcome
+from reports.unit import measure
+
+CHAPTERS: tuple[str, ...] = ()
+OUT = Path("reports/build")
+BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"
+TITLE = "Hard cases"
+LEAD = (
+    "Published tables, thin, slender, skewed and distorted elements, extreme grooves, nearly incompressible "
+    "material, long and violent motion: each case against a value known otherwise, each failure by its name."
+)
+Tell = Callable[[Outcome, float], None]
+
+
+def chapter(name: str) -> ModuleType:
+    """The module of a chapter."""
+    return importlib.import_module(f"reports.hard_cases.{name}")
+
+
+def run(
+    names: Sequence[str], budget: str, jobs: int = 2, tell: Tell = lambda outcome, done: None
+) -> dict[str, Chapter]:
+    """Chapters by name. tell: called after each unit with its outcome and the fraction that is done."""
+    asked = [(name, unit) for name in names for unit in chapter(name).units(budget)]
+    found: dict[str, list[Outcome]] = {name: [] for name in names}
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting = [(name, unit, pool.submit(measure, unit.name, **unit.arguments)) for name, unit in asked]
+        for done, (name, unit, future) in enumerate(waiting, 1):
+            outcome = Outcome(unit, future.result())
+            found[name].append(outcome)
+            tell(outcome, done / len(waiting))
+    return {name: chapter(name).present(outcomes) for name, outcomes in found.items()}
+
+
+def figures(chapters: dict[str, Chapter]) -> list[Figure]:
+    """Every figure of every chapter, and how many cases missed their tolerance or failed."""
+    cases = [(name, case) for name, part in chapters.items() for case in part.cases]
+    missed = [f"{name}: {case.name} ({case.status})" for name, case in cases if case.met is False]
+    judged = sum(case.met is not None for _, case in cases)
+    note = f"{judged} of {len(cases)} cases judged. " + (f"Missed: {'; '.join(missed)}." if missed else "None missed.")
+    against = "each case's own source and tolerance, printed in its row"
+    failed = at_most("benchmarks_failed", "Cases missed or failed", len(missed), "", 0, against=against, note=note)
+    return [failed, *(figure for part in chapters.values() for figure in part.figures)]
+
+
+def rows(chapters: dict[str, Chapter]) -> list[dict[str, object]]:
+    """Every case as a row, with its chapter."""
+    return [{"chapter": name, **case.row()} for name, part in chapters.items() for case in part.cases]
+
+
+def gate_rows(chapters: dict[str, Chapter]) -> list[gate.Row]:
+    """The cases as the gate knows them."""
+    blank = dict.fromkeys(gate.IDENTITY)
+    return [
+        {**blank, "groove": f"{row['chapter']}: {row['name']}", "solver": row["solver"], "mesh": row["level"]}
+        | {"value": row["value"], "status": row["status"]}
+        for row in rows(chapters)
+        if not row["may_fail"]
+    ]
+
+
+def publish(chapters: dict[str, Chapter], budget: str, folder: Path = OUT) -> Path:
+    """Write hard_cases.html and hard_cases.json into `folder`; returns the page's path."""
+    judged, about = figures(chapters), provenance()
+    content = {
+        "figures": {figure.name: figure.entry() for figure in judged},
+        "notes": {figure.name: figure.words() for figure in judged},
+        "budget": budget,
+        "rows": rows(chapters),
+        "provenance": about,
+    }
+    parts = [Section("verdict", "Verdict", [Verdict(judged)])]
+    for name, part in chapters.items():
+        parts.append(Section(name, chapter(name).TITLE, [*part.blocks]))
+    again = [("make hard-cases", "this page")]
+    again += [(f"python -m reports.hard_cases --chapter {name}", f"{chapter(name).TITLE} alone") for name in chapters]
+    parts.append(Section("again", "Every number again", [Commands(again)], "Again"))
+    versions = ", ".join(f"{name} {number or 'absent'}" for name, number in about["versions"].items())
+    facts = [(key, value) for key, value in about.items() if key != "versions"]
+    parts.append(Section("provenance", "Provenance", [Facts([*facts, ("versions", versions)])]))
+    return write(folder, "hard_cases", Page(TITLE, LEAD, parts, f"Groovecheck, {about['date']}"), content)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run, tell, publish; exit status 1 where a judged case was missed or the gate refuses."""
+    options = _parser().parse_args(words)
+    names = options.chapter or list(CHAPTERS)
+
+    def tell(outcome: Outcome, done: float) -> None:
+        print(f"{100 * done:5.1f} %  {outcome.measured.name} {outcome.asked.arguments}: {outcome.measured.status}",
+              file=sys.stderr, flush=True)  # fmt: skip
+
+    chapters = run(names, options.budget, options.jobs, tell)
+    path = publish(chapters, options.budget, options.out)
+    for figure in figures(chapters):
+        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
+        value = "-" if figure.value is None else format(figure.value, figure.form)
+        print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
+    print(f"page: {path}")
+    if options.accept:
+        gate.accept(gate_rows(chapters), options.accept, "hard_cases", BASELINE)
+    if options.check:
+        verdict = gate.check(gate_rows(chapters), gate.read(BASELINE))
+        print("\n".join(gate.lines(verdict)))
+        return int(not verdict.passed)
+    return int(any(case.met is False for part in chapters.values() for case in part.cases))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m reports.hard_cases", description=LEAD)
+    parser.add_argument("--budget", choices=BUDGETS, default="standard")
+    parser.add_argument("--chapter", action="append", choices=CHAPTERS, help="only this chapter (may be repeated)")
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
+    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
+    parser.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
+    parser.add_argument("--accept", metavar="REASON", help="make these values the accepted ones (budget quick)")
+    return parser

@@ -29,6 +29,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ancf.layer import Layered
 from ancf.material import SaintVenantKirchhoff
 from ancf.nurbs import GeometryError
 from ancf.packing import SPAN, packing
@@ -68,16 +69,18 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
     modes = np.zeros((len(volume), 0))
     if shape.enhanced is not None:
-        modes = _thickness_modes(2 * points / (*size, 2) - (1, 1, 0), volume, shape.enhanced)
+        layers = S_p[:, len(shape.base.kinds) :, 2] if isinstance(shape, Layered) else S_p[:, :0, 2]
+        modes = _thickness_modes(2 * points / (*size, 2) - (1, 1, 0), volume, shape.enhanced, layers)
     M = np.einsum("qk,qp,qr->qprk", modes, inverse[:, 2], inverse[:, 2])
     return Integrand(S, S_p @ inverse, volume, M)
 
 
-def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int) -> np.ndarray:
+def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int, layers: np.ndarray) -> np.ndarray:
     """Modes P_m(z) p_k(s, t) (q, k) at the points (s, t, z) (q, 3), -1 <= s, t <= 1, of mean square 1.
 
     P_m: Legendre polynomials of degree 1 and 2 over the element's thickness; p_k: their products up to
-    the degree. From each mode its best fit by a bilinear function is taken away.
+    the degree. From each mode its best fit by bilinear functions and by the thickness strains of layer
+    functions (q, n) is taken away: what these resist, the modes must not give back.
     """
     s, t, z = at.T
     mean = volume @ z / volume.sum()
@@ -85,7 +88,8 @@ def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int) -> np.ndar
     bilinear, full = (np.polynomial.legendre.legvander2d(s, t, [n, n]) for n in (1, degree))
     root = np.sqrt(volume / volume.sum())[:, None]
     modes = (through * full[:, None]).reshape(len(z), -1)
-    modes -= bilinear @ np.linalg.lstsq(root * bilinear, root * modes, rcond=None)[0]
+    kept = np.column_stack([bilinear, layers])
+    modes -= kept @ np.linalg.lstsq(root * kept, root * modes, rcond=None)[0]
     return modes / np.linalg.norm(root * modes, axis=0)
 
 

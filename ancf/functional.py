@@ -25,9 +25,10 @@ def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.cs
     for e in np.unique(elements):
         (x0, x1), (y0, y1) = mesh.cells[e]
         own = np.flatnonzero(elements == e)
-        S, _ = mesh.shape.evaluate(points[own] - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+        shape, vectors = mesh.element(e)
+        S, _ = shape.evaluate(points[own] - (x0, y0, 0.0), (x1 - x0, y1 - y0))
         rows.append(np.repeat(own, S.shape[1]))
-        columns.append(np.tile(mesh.connectivity[e], len(own)))
+        columns.append(np.tile(vectors, len(own)))
         values.append(S.ravel())
     entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
     return sp.csr_matrix(entries, shape=(len(points), len(mesh.vectors)))
@@ -56,7 +57,8 @@ def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region
     for e, cell in enumerate(mesh.cells):
         part = tuple((max(c[0], r[0]), min(c[1], r[1])) for c, r in zip(cell, region, strict=True))
         if all(high - low > 1e-12 * (c[1] - c[0]) for (low, high), c in zip(part, cell, strict=True)):
-            piece, amount = _volume_row(mesh, e, element_rule(part, bands, thickness, POINTS))
+            rule = element_rule(part, bands, thickness, POINTS, levels=mesh.levels(e))
+            piece, amount = _volume_row(mesh, e, rule)
             row += piece
             volume += amount
     if volume == 0:
@@ -94,18 +96,20 @@ def _face_rule(cell, bands, thickness: float, axis: int, at: float) -> Rule:
 
 def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
     """Integral of the shape functions of element e by volume as a row (v,), and the volume."""
-    part = integrand(mesh.shape, rule, mesh.cells[e], mesh.vectors[mesh.connectivity[e]])
+    shape, vectors = mesh.element(e)
+    part = integrand(shape, rule, mesh.cells[e], mesh.vectors[vectors])
     row = np.zeros(len(mesh.vectors))
-    row[mesh.connectivity[e]] = part.volume @ part.S
+    row[vectors] = part.volume @ part.S
     return row, float(part.volume.sum())
 
 
 def _area_row(mesh: Mesh, e: int, rule: Rule, axis: int) -> tuple[np.ndarray, float]:
     """Integral of the shape functions over a face of element e that holds `axis` constant (v,), and its area."""
     (x0, x1), (y0, y1) = mesh.cells[e]
-    S, S_p = mesh.shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
-    J = np.einsum("ic,qip->qpc", mesh.vectors[mesh.connectivity[e]], S_p)
+    shape, vectors = mesh.element(e)
+    S, S_p = shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+    J = np.einsum("ic,qip->qpc", mesh.vectors[vectors], S_p)
     weights = rule.weights * np.linalg.norm(np.cross(J[:, 1 - axis], J[:, 2]), axis=1)
     row = np.zeros(len(mesh.vectors))
-    row[mesh.connectivity[e]] = weights @ S
+    row[vectors] = weights @ S
     return row, float(weights.sum())

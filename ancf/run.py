@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import pairwise
@@ -27,13 +27,15 @@ from threadpoolctl import ThreadpoolController
 
 from ancf.functional import mean_over_edge, mean_over_region, mean_through_thickness, value_at
 from ancf.integrate import SCHEMES, advance, initial_state
+from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import Load, brought_up, gravity, spread
 from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
-from ancf.nurbs import Curve, GeometryError, Surface
+from ancf.nurbs import Curve, GeometryError, Surface, surface_derivatives
 from ancf.outline import facets, positions
+from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp
@@ -43,6 +45,9 @@ from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
 SOLVER = "ancf"
+REACH = 0.8  # of the thickness: how far beside the edges of bands the additional grid lines are
+SAME = 1e-6  # of the thickness: edges this near to each other share a grid line
+LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now
 Progress = Callable[[float], None] | None
@@ -109,6 +114,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
             "mass": model.body.total_mass,
             "elements": len(model.mesh.connectivity),
             "distinct_elements": model.body.shapes,
+            "layer_vectors": int((model.mesh.kinds == KIND).sum()),
             "factorisations": history.factorisations,
         },
         outline=_outline(scene, model, q),
@@ -154,11 +160,20 @@ def _message(history: History) -> str:
 
 def build(scene: Scene, level: AncfLevel) -> Model:
     """Mesh, integrate and assemble the scene. Raises GeometryError."""
-    mesh = _mesh(scene, level)
-    bands = _bands(scene)
+    bands, mesh = _bands(scene), _mesh(scene, level)
+    if level.enrich is None or not bands:
+        return _model(scene, level, mesh, bands)
+    every = with_layers(mesh, layer_vectors(mesh, bands, scene.thickness), bands, scene.thickness)
+    inertia = 0.0 if scene.analysis.kind == "static" else scene.analysis.until**-2
+    trial = _model(scene, level, every, bands, pointwise=True)  # used once, which the tensors would not repay
+    worth = chosen(trial.system, level.enrich, inertia)
+    return _model(scene, level, only(every, worth), bands)
+
+
+def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], pointwise: bool = False) -> Model:
     material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
     density = scene.material.density or 0.0
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration)
+    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, pointwise)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
     probes = np.stack([_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes])
     return Model(mesh, bands, plate, system(plate, _held(scene, mesh), loads, scene.thickness), probes)
@@ -169,8 +184,26 @@ def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
     if scene.surface.kind == "nurbs":
         patch = scene.surface
         surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
-    lines = (np.linspace(*span, count + 1) for span, count in zip(scene.surface.span, level.mesh, strict=True))
-    return grid(*lines, surface, FAMILY[level.element])
+    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element])
+
+
+def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[np.ndarray]:
+    """Grid lines of each axis."""
+    for axis, (span, count) in enumerate(zip(scene.surface.span, level.mesh, strict=True)):
+        if level.fit is None:
+            yield np.linspace(*span, count + 1)
+        else:
+            metre = 1.0 if surface is None else np.ptp(span) / _length(scene, surface, axis)
+            lengths = (REACH * scene.thickness * metre, SAME * scene.thickness * metre)
+            yield fitted(span, count, band_edges(_bands(scene), axis), *lengths)
+
+
+def _length(scene: Scene, surface: Surface, axis: int) -> float:
+    """Length (m) of the surface's middle line along an axis."""
+    spans = scene.surface.span
+    at = [np.full(LENGTH_POINTS, np.mean(span)) for span in spans]
+    at[axis] = np.linspace(*spans[axis], LENGTH_POINTS)
+    return float(np.linalg.norm(np.diff(surface_derivatives(surface, *at).s, axis=0), axis=1).sum())
 
 
 def _held(scene: Scene, mesh: Mesh) -> np.ndarray:
@@ -298,13 +331,13 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
 
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
-    mesh = _mesh(scene, level)
+    mesh = _mesh(scene, level) if level.enrich is None else build(scene, level).mesh
     unknowns = int((~_held(scene, mesh)).sum())
     modelled, left_out = _words(scene, level)
     return {
         "unknowns": unknowns,
         "elements": len(mesh.connectivity),
-        "memory_mb": expected_memory(mesh, unknowns, len(distinct(mesh, _bands(scene))[1])),
+        "memory_mb": expected_memory(mesh, unknowns, distinct(mesh, _bands(scene))[1]),
         "modelled": modelled,
         "left_out": left_out,
     }
@@ -328,6 +361,9 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled += [f"clamp of edge {support.edge}, gradients {support.gradients}" for support in scene.supports]
     modelled += [f"{load.kind} load" for load in scene.loads]
     modelled += ["rigid initial velocity"] if scene.initial else []
+    modelled += ["grid lines on the edges of grooves and beside them"] if level.fit else []
+    if level.enrich is not None:
+        modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
     stated = {
         "grooves": scene.grooves,
         "protrusions": scene.protrusions,
@@ -337,7 +373,8 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
         "inertia": dynamic,
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
-    left_out += ["damping, contact, plasticity", "warping near groove edges finer than an element"]
+    left_out += ["damping, contact, plasticity"]
+    left_out += ["warping near groove edges finer than an element"] if level.enrich is None else []
     return modelled, left_out + _stiffened_bending(scene.material.poissons_ratio)
 
 

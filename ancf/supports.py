@@ -21,5 +21,5 @@ def clamp(mesh: Mesh, edge: str, gradients: str) -> np.ndarray:
     at = lines[0] if edge[1] == "0" else lines[-1]
     held = mesh.parameters[:, axis] == at
     if gradients == "tangential":
-        held = held & np.isin(mesh.kinds, ["r", "r_z", "d_e", ALONG[edge]])
+        held = held & np.isin(mesh.kinds, ["r", "r_z", "d_e", "d_l", ALONG[edge]])
     return np.repeat(held, 3)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, Pattern, assembly
+from ancf.assembly import Assembly, MixedAssembly, Pattern, assembly, mixed_assembly
 from ancf.element import Integrand, PointElements, integrand, mass
 from ancf.loads import Load
 from ancf.material import SaintVenantKirchhoff
@@ -22,19 +23,42 @@ MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
 
+Elements = QuadraticElements | PointElements
+
+
+@dataclass(frozen=True, eq=False)
+class MixedElements:
+    """Groups of elements with unequally many functions: Q and what comes of it are sequences, one by group."""
+
+    groups: tuple[Elements, ...]
+
+    def energy(self, Q: Sequence[np.ndarray]) -> float:
+        """Strain energy (J)."""
+        return sum(group.energy(own) for group, own in zip(self.groups, Q, strict=True))
+
+    def force(self, Q: Sequence[np.ndarray]) -> list[np.ndarray]:
+        """Internal force (e, i, 3) of each group."""
+        return [group.force(own) for group, own in zip(self.groups, Q, strict=True)]
+
+    def tangent(self, Q: Sequence[np.ndarray]) -> Iterator[Iterator[np.ndarray]]:
+        """Packed tangents of each group, span by span."""
+        return (group.tangent(own) for group, own in zip(self.groups, Q, strict=True))
+
+
 @dataclass(frozen=True, eq=False)
 class Body:
     """A meshed plate without supports and loads.
 
-    elements: force and tangent. connectivity (e, i) in the order of the elements. mass (v, v): scalar
+    elements: force and tangent. connectivity (e, i) in the order of the elements, on a mesh with special
+    elements one array for each group of equally many functions. mass (v, v): scalar
     mass matrix in kg, which acts on each space component alike. mass_row (v,): integral of rho S.
     volume in m3 and the number of distinct element shapes. round_off (N/m) and round_off_r_z (N): see
     `System.force_floor`.
     """
 
     mesh: Mesh
-    elements: QuadraticElements | PointElements
-    connectivity: np.ndarray
+    elements: Elements | MixedElements
+    connectivity: np.ndarray | tuple[np.ndarray, ...]
     mass: sp.csr_matrix
     mass_row: np.ndarray
     volume: float
@@ -54,11 +78,11 @@ class System:
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
-    the thickness for r_z and d_e.
+    the thickness for r_z, d_e and d_l.
     """
 
     body: Body
-    assembly: Assembly
+    assembly: Assembly | MixedAssembly
     loads: tuple[Load, ...]
     mass_values: np.ndarray
     lengths: np.ndarray
@@ -137,24 +161,52 @@ def body(
     if any(count < few for count, few in zip(points, least, strict=True)):
         own, needed = ("x".join(map(str, counts)) for counts in (points, least))
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
-    vectors = mesh.element_vectors
     form_of, first = distinct(mesh, bands)
-    rules = [element_rule(mesh.cells[e], bands, thickness, points, integration) for e in first]
-    parts = [integrand(mesh.shape, rule, mesh.cells[e], vectors[e]) for e, rule in zip(first, rules, strict=True)]
-    pointwise = pointwise or len(parts) * form_bytes(len(mesh.shape.kinds)) > MOST_FORM_BYTES
-    order = element_order(form_of)
-    form_of, connectivity = form_of[order], mesh.connectivity[order]
-    if pointwise:
-        elements = PointElements(tuple(parts[g] for g in form_of), material)
-    else:
-        elements = _pre_integrated(parts, material, vectors[first], form_of, mesh)
-    scalar = _mass_matrix(parts, form_of, connectivity, len(mesh.vectors), density)
+    parts = [_part(mesh, e, bands, thickness, points, integration) for e in first]
+    functions = np.array([part.S.shape[1] for part in parts])
+    pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
+    groups = [_group(mesh, parts, form_of, functions == count) for count in np.unique(functions)]
+    elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
+    scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
     volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
     rounded, sides = EPSILON * (material.lame + 2 * material.shear), mesh.edge_lengths
     round_off = rounded * volume ** (2 / 3) / sides.min()
     round_off_r_z = 2 * rounded * (volume / thickness) ** (1 / 2) * sides.max()
-    return Body(mesh, elements, connectivity, scalar, row, volume, len(parts), round_off, round_off_r_z)
+    connectivity = tuple(group.connectivity for group in groups)
+    parts_of_body = (MixedElements(elements), connectivity) if mesh.special else (elements[0], connectivity[0])
+    return Body(mesh, *parts_of_body, scalar, row, volume, len(parts), round_off, round_off_r_z)
+
+
+class _Group(NamedTuple):
+    """Elements of equally many functions in their order: Integrand of each form, form (e,), connectivity (e, i)."""
+
+    parts: list[Integrand]
+    form_of: np.ndarray
+    connectivity: np.ndarray
+
+
+def _part(mesh: Mesh, e: int, bands: Sequence[Band], thickness: float, points, integration: str) -> Integrand:
+    """Integrand of an element."""
+    (shape, vectors), cell = mesh.element(e), mesh.cells[e]
+    rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e))
+    return integrand(shape, rule, cell, mesh.vectors[vectors])
+
+
+def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.ndarray) -> _Group:
+    """The elements whose form (e,) is one of `own` (g,)."""
+    members = np.flatnonzero(own[form_of])
+    members = members[element_order(form_of[members])]
+    connectivity = np.stack([mesh.element(e).vectors for e in members])
+    return _Group([parts[g] for g in np.flatnonzero(own)], (np.cumsum(own) - 1)[form_of[members]], connectivity)
+
+
+def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
+    parts, form_of, connectivity = group
+    if pointwise:
+        return PointElements(tuple(parts[g] for g in form_of), material)
+    first = connectivity[np.unique(form_of, return_index=True)[1]]
+    return _pre_integrated(parts, material, mesh.vectors[first], form_of, mesh)
 
 
 def distinct(mesh: Mesh, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
@@ -167,7 +219,10 @@ def distinct(mesh: Mesh, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]
     Q = from_first_node(vectors, mesh.shape.positions)
     gram = Q @ Q.swapaxes(1, 2)
     rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
-    keys = [(signature(cell, bands), row.tobytes()) for cell, row in zip(mesh.cells, rounded, strict=True)]
+    keys = [
+        (signature(cell, bands), row.tobytes(), mesh.element(e).shape)
+        for e, (cell, row) in enumerate(zip(mesh.cells, rounded, strict=True))
+    ]
     number: dict = {}
     form_of = np.array([number.setdefault(key, len(number)) for key in keys])
     return form_of, np.unique(form_of, return_index=True)[1]
@@ -178,22 +233,24 @@ def _pre_integrated(parts, material, vectors, form_of, mesh: Mesh) -> QuadraticE
     tensors = (
         np.stack([getattr(form, name) for form in forms]) for name in ("D0", "stress", "symmetric", "antisymmetric")
     )
-    return QuadraticElements(*tensors, form_of, len(mesh.shape.kinds), mesh.shape.positions)
+    return QuadraticElements(*tensors, form_of, len(vectors[0]), mesh.shape.positions)
 
 
-def _mass_matrix(parts: list[Integrand], form_of, connectivity, vectors: int, density: float) -> sp.csr_matrix:
+def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
+    parts, form_of, connectivity = group
     values = np.stack([mass(part, density) for part in parts])[form_of]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
 
 
-def expected_memory(mesh: Mesh, unknowns: int, shapes: int) -> float:
-    """Memory (MB) of a whole process that solves on this mesh with so many distinct elements."""
-    elements, functions = mesh.connectivity.shape
+def expected_memory(mesh: Mesh, unknowns: int, first: np.ndarray) -> float:
+    """Memory (MB) of a whole process that solves on this mesh; first: an element of each distinct shape."""
+    functions = np.array([len(mesh.element(e).vectors) for e in range(len(mesh.connectivity))])
     band = 3 * int(np.ptp(mesh.connectivity, axis=1).max() + 1)
-    own = ELEMENT_BYTES * (functions / 16) ** 2
-    return 92 + 1e-6 * (form_bytes(functions) * shapes + own * elements + 2 * 8 * band * unknowns)
+    own = ELEMENT_BYTES * float(((functions / 16) ** 2).sum())
+    forms = sum(map(form_bytes, functions[first].tolist()))
+    return 92 + 1e-6 * (forms + own + 2 * 8 * band * unknowns)
 
 
 def form_bytes(functions: int) -> int:
@@ -205,10 +262,18 @@ def form_bytes(functions: int) -> int:
 
 def system(plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float) -> System:
     """The body with held components (3 v,) and loads."""
-    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held)
     mesh = plate.mesh
+    sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held)
     a, b = (np.ptp(lines) / (len(lines) - 1) for lines in (mesh.x_lines, mesh.y_lines))
-    sides = {"r": 1.0, "r_x": a, "r_y": b, "r_xy": a * b, "r_z": thickness / 2, "d_e": thickness / 2}
+    sides = {
+        "r": 1.0,
+        "r_x": a,
+        "r_y": b,
+        "r_xy": a * b,
+        "r_z": thickness / 2,
+        "d_e": thickness / 2,
+        "d_l": thickness / 2,
+    }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
     return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths)
 

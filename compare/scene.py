@@ -241,6 +241,10 @@ class AncfLevel(Part):
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
     element: the paper's "conforming" one or the "enriched" one, which does not lock.
+    fit = "grooves": grid lines on the edges of grooves and protrusions and, where there is room, 0.8 thicknesses
+    beside them; of the lines that `mesh` asks for those that stay away from these.
+    enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
+    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
     time_step: seconds, or the increment of the load parameter in statics.
     """
 
@@ -248,6 +252,8 @@ class AncfLevel(Part):
     points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
     integration: Literal["subdomain", "global"] = "subdomain"
     element: Literal["conforming", "enriched"] = "conforming"
+    fit: Literal["grooves"] | None = None
+    enrich: Annotated[Positive, Field(lt=1)] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
     time_step: Positive
     budget: Budget = "standard"

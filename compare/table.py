@@ -188,8 +188,11 @@ def sensitivity(entries: list[Entry]) -> list[dict[str, Any]]:
 
 
 def element(level: Level) -> str:
-    """Name of the element of a level."""
-    return getattr(level, "element", "P2 tetrahedron")
+    """Name of the element of a level, and what was spent on grooves."""
+    if not hasattr(level, "element"):
+        return "P2 tetrahedron"
+    spent = (level.fit and "fitted", level.enrich and f"layers to {level.enrich:g}")
+    return ", ".join([level.element, *filter(None, spent)])
 
 
 def rule(level: Level) -> str | None:

@@ -45,7 +45,7 @@ from ancf.nurbs import Curve, GeometryError, Surface
 from ancf.outline import facets, positions
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
-from ancf.supports import clamp, hold_corner, hold_edge, symmetry
+from ancf.supports import clamp, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import Body, System, body, distinct, expected_memory, system
 from compare.result import Outline, Result
 from compare.scene import AncfLevel, Scene
@@ -199,6 +199,8 @@ def _support(support, mesh: Mesh) -> np.ndarray:
     if support.kind == "symmetry":
         return symmetry(mesh, support.edge, "XYZ".index(support.normal))
     components, face = ["XYZ".index(component) for component in support.components], support.over == "face"
+    if support.whole:
+        return hold_whole(mesh, components)
     if support.over not in ("face", "middle"):
         raise ValueError(f"a plate cannot hold the {support.over} of an edge apart from its face")
     if support.edge is not None:
@@ -380,7 +382,8 @@ def _support_words(support) -> str:
     if support.kind == "symmetry":
         return f"symmetry at edge {support.edge}, normal {support.normal}: the face stays in its plane"
     place = f"edge {support.edge}" if support.edge else f"corner {support.corner}"
-    return f"hold of {', '.join(support.components)} at {place}, over its {support.over}"
+    where = "in the whole plate" if support.whole else f"at {place}, over its {support.over}"
+    return f"hold of {', '.join(support.components)} {where}"
 
 
 def _load_words(load) -> str:

@@ -43,6 +43,11 @@ def hold_corner(mesh: Mesh, corner: tuple[int, int], components: Sequence[int], 
     return _components(held, components)
 
 
+def hold_whole(mesh: Mesh, components: Sequence[int]) -> np.ndarray:
+    """Held components (3 v,) where some components of the displacement vanish everywhere."""
+    return _components(np.ones(len(mesh.vectors), dtype=bool), components)
+
+
 def symmetry(mesh: Mesh, edge: str, normal: int) -> np.ndarray:
     """Held components (3 v,) of an edge whose face stays in a plane with the normal X, Y or Z (0, 1, 2).
 

@@ -58,7 +58,8 @@ def _supports(scene: Scene) -> list[tuple[str, str]]:
     for support in scene.supports:
         if support.kind == "hold":
             place = support.edge or f"corner {support.corner}"
-            found.append(("held", f"{' '.join(support.components)} of {place}, over its {support.over}"))
+            where = "the whole plate" if support.whole else f"{place}, over its {support.over}"
+            found.append(("held", f"{' '.join(support.components)} of {where}"))
         elif support.kind == "symmetry":
             found.append(("symmetry", f"{support.edge} in a plane of normal {support.normal}"))
     return found

@@ -120,10 +120,13 @@ def _supports(scene: Scene) -> Iterator[str]:
 def _held(scene: Scene, i: int) -> Iterator[str]:
     """Problems of a hold."""
     hold = scene.supports[i]
-    if hold.edge is None and hold.corner is None:
-        yield f"supports.{i}.edge: this key is missing; a hold needs edge or corner"
-    elif hold.edge is not None and hold.corner is not None:
-        yield f"supports.{i}.corner = {hold.corner!r}: state either edge or corner, not both"
+    places = [(key, getattr(hold, key)) for key in ("edge", "corner", "whole") if getattr(hold, key)]
+    if not places:
+        yield f"supports.{i}.edge: this key is missing; a hold needs edge, corner, or whole = true"
+    for key, value in places[1:]:
+        yield f"supports.{i}.{key} = {value!r}: state one of edge, corner and whole"
+    if hold.whole and hold.over != "face":
+        yield f"supports.{i}.over = {hold.over!r}: a plate held as a whole has no such part; leave this out"
     if scene.ancf is not None and hold.over in ("bottom", "top"):
         key = f"supports.{i}.over = {hold.over!r}"
         yield f"{key}: a plate holds its face or its middle; state one of these, or no ancf ladder"

@@ -54,7 +54,7 @@ class Clamp(Part):
 
 
 class Hold(Part):
-    """Components of the displacement held at zero on an edge or at a corner of the plate.
+    """Components of the displacement held at zero on an edge, at a corner, or in the whole plate (plane strain: Z).
 
     over: "face", the whole height of the edge or corner; or only the "middle", its line (point) of the
     mid-surface; or only its "bottom" or "top" line (point), which a plate solver cannot tell from the face.
@@ -63,6 +63,7 @@ class Hold(Part):
     kind: Literal["hold"]
     edge: Edge | None = None
     corner: Corner | None = None
+    whole: bool = False
     components: Components
     over: Over = "face"
 

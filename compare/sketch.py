@@ -95,6 +95,10 @@ def _support(plan: _Plan, support: Support) -> Iterator[Markup]:
     if support.kind == "clamp":
         yield _clamp(plan, support.edge)
         return
+    if support.kind == "hold" and support.whole:
+        middle = plan.place(sum(plan.x) / 2, sum(plan.y) / 2)
+        yield _text(middle[0], middle[1] + 16, f"{' '.join(support.components)} held throughout")
+        return
     corner = support.kind == "hold" and support.corner is not None
     name = support.corner if corner else support.edge
     ends = [plan.place(plan.x[int(name[1])], plan.y[int(name[3])])] * 2 if corner else plan.edge(name)

@@ -262,7 +262,7 @@ def _edge(scene: Scene, frame: Frame, edge: str) -> tuple[int, float]:
 
 def _support(scene: Scene, frame: Frame, support) -> tuple[tuple[tuple[int, float], ...], tuple[int, ...]]:
     """Place in the box, as pairs (axis, value), and held components of a support."""
-    name = getattr(support, "corner", None) or support.edge
+    name = getattr(support, "corner", None) or support.edge or ""
     place = tuple(_edge(scene, frame, name[i : i + 2]) for i in range(0, len(name), 2))
     if support.kind == "clamp":
         return place, (0, 1, 2)
@@ -366,7 +366,8 @@ def _support_words(support) -> str:
     if support.kind == "symmetry":
         return f"symmetry at {support.edge}: {support.normal} displacements of the face"
     place = support.edge or f"corner {support.corner}"
-    return f"hold at {place}: {', '.join(support.components)} displacements of its {support.over}"
+    where = "everywhere" if support.whole else f"of the {support.over} of {place}"
+    return f"hold: {', '.join(support.components)} displacements {where}"
 
 
 def _marching_words(scene: Scene, level: ReferenceLevel) -> str:

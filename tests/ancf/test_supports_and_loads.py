@@ -90,6 +90,18 @@ def test_strip_on_two_hinges_sags_as_a_timoshenko_beam(element, miss):
     assert moved(question, (8, 1), element)[0, 2] == pytest.approx(exact, rel=miss)
 
 
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_a_plate_held_throughout_along_z_stretches_in_plane_strain(element):
+    """Small uniaxial tension with Y free: strain p (1 - nu^2) / E, across -p nu (1 + nu) / E."""
+    young, nu, p = 1e6, 0.3, 1e-3
+    supports = [{"kind": "symmetry", "edge": "x0", "normal": "X"}, {"kind": "symmetry", "edge": "y0", "normal": "Y"}]
+    supports.append({"kind": "hold", "whole": True, "components": ["Z"]})
+    load = {"kind": "edge", "edge": "x1", "force": [p * 0.6 * 0.1, 0.0, 0.0]}
+    found = moved(scene(1.0, 0.6, 0.1, young, nu, supports, [load], [[1.0, 0.6, 0.05]]), (2, 1), element)
+    exact = [p * (1 - nu**2) / young, -p * nu * (1 + nu) / young * 0.6, 0.0]
+    np.testing.assert_allclose(found[0], exact, rtol=1e-6)
+
+
 def test_a_face_held_over_its_height_does_not_turn(make_body):
     mesh = make_body().mesh
     middle, face = (hold_edge(mesh, "x0", [2], over).reshape(-1, 3) for over in (False, True))

@@ -103,6 +103,7 @@ def test_a_sketch_and_the_statement_name_every_support_and_load():
         {"kind": "symmetry", "edge": "y1", "normal": "Y"},
         {"kind": "hold", "edge": "x1", "components": ["X", "Z"], "over": "middle"},
         {"kind": "hold", "corner": "x0y0", "components": ["Y"]},
+        {"kind": "hold", "whole": True, "components": ["Z"]},
     ]
     loads = [
         {"kind": "pressure", "face": "top", "pressure": -2.5},
@@ -111,7 +112,7 @@ def test_a_sketch_and_the_statement_name_every_support_and_load():
     scene = load("cantilever_plain").override({"supports": supports, "loads": loads, "analysis.kind": "static"})
     drawn = sketch(scene)
     ElementTree.fromstring(drawn)
-    for words in ("symmetry Y", "X Z", "\u22122.5 Pa on the top", "+4 N m"):
+    for words in ("symmetry Y", "X Z", "\u22122.5 Pa on the top", "+4 N m", "Z held throughout"):
         assert words in drawn
     assert drawn.count('r="5"') == 7 + 1  # rollers of the edge and of the corner
     stated = statement(scene)
@@ -120,6 +121,7 @@ def test_a_sketch_and_the_statement_name_every_support_and_load():
         ("symmetry", "y1 in a plane of normal Y"),
         ("held", "X Z of x1, over its middle"),
         ("held", "Y of corner x0y0, over its face"),
+        ("held", "Z of the whole plate"),
         ("load", "pressure, -2.5 Pa into the top face, dead, constant"),
         ("load", "moment, (0, 4, 0) N m on x1, turning with it, constant"),
     ):

@@ -98,11 +98,15 @@ ACTS = {
     "hold of a side": ({"supports.end": {**HOLD, "components": ["W"]}}, "supports.1.components.0 = 'W': must be"),
     "hold without a place": (
         {"supports.end": {"kind": "hold", "components": ["Z"]}},
-        "supports.1.edge: this key is missing; a hold needs edge or corner",
+        "supports.1.edge: this key is missing; a hold needs edge, corner, or whole = true",
     ),
     "hold of two places": (
         {"supports.end": {**HOLD, "corner": "x1y1"}},
-        "supports.1.corner = 'x1y1': state either edge or corner, not both",
+        "supports.1.corner = 'x1y1': state one of edge, corner and whole",
+    ),
+    "hold of the middle of all": (
+        {"supports.end": {"kind": "hold", "whole": True, "components": ["Z"], "over": "middle"}},
+        "supports.1.over = 'middle': a plate held as a whole has no such part",
     ),
     "hold below a plate": (
         {"supports.end": {**HOLD, "over": "bottom"}},

@@ -79,6 +79,17 @@ def test_a_held_component_at_free_nodes_is_counted_and_leaves_the_others():
     assert 0 < result.unknowns < plain.unknowns
 
 
+def test_a_plate_held_throughout_along_z_stretches_in_plane_strain():
+    """Small uniaxial tension with Y free: strain p (1 - nu^2) / E, across -p nu (1 + nu) / E."""
+    young, nu, p = 1e6, 0.3, 1e-3
+    supports = [{"kind": "symmetry", "edge": "x0", "normal": "X"}, {"kind": "symmetry", "edge": "y0", "normal": "Y"}]
+    supports.append({"kind": "hold", "whole": True, "components": ["Z"]})
+    load = {"kind": "edge", "edge": "x1", "force": [p * 0.6 * 0.2, 0.0, 0.0]}
+    found = solved(scene((1.0, 0.6), 0.2, young, nu, supports, [load], [[1.0, 0.6, 0.1]]), 0.4)
+    exact = [p * (1 - nu**2) / young, -p * nu * (1 + nu) / young * 0.6, 0.0]
+    np.testing.assert_allclose(found.displacement[-1, 0], exact, rtol=1e-6, atol=1e-20)
+
+
 @pytest.mark.parametrize("over", ["middle", "bottom"])
 def test_beam_on_two_hinges_sags_as_a_timoshenko_beam(over):
     """nu = 0: 5 p L^4 / (384 E I) + 6/5 p L^2 / (8 G h); a line hinge in a solid adds its local dent, below 1 %.

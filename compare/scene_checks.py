@@ -11,6 +11,7 @@ from compare.scene_geometry import AXES, all_bands, band_problems, material_rang
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
+LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 
 
 def problems(scene: Scene) -> Iterator[str]:
@@ -23,7 +24,18 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from bands
         yield from _misplaced_loads(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    for check in (_material, _supports, _histories, _initial, _times, _ladders, _published, _companions, _sensitivity):
+    for check in (
+        _material,
+        _supports,
+        _histories,
+        _initial,
+        _times,
+        _points,
+        _ladders,
+        _published,
+        _companions,
+        _sensitivity,
+    ):
         yield from check(scene)
 
 
@@ -130,6 +142,14 @@ def _times(scene: Scene) -> Iterator[str]:
     for (_, step), key in steps.items():
         if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
+
+
+def _points(scene: Scene) -> Iterator[str]:
+    for key, level in _levels(scene):
+        least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
+        if any(count < few for count, few in zip(getattr(level, "points", least), least, strict=True)):
+            reason = f"the {level.element} element deforms without energy below {list(least)}"
+            yield f"{key}.points = {list(level.points)}: {reason}; state that or more, or another element"
 
 
 def _is_multiple(value: float, unit: float) -> bool:

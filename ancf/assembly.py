@@ -82,6 +82,18 @@ class Assembly:
         return data
 
 
+def couple(sums: Assembly, row: np.ndarray, block: np.ndarray, data: np.ndarray) -> None:
+    """Add block (3, 3) x row_i row_j, symmetric, to the values (nnz,); row (v,) is zero beside a set `coupled`."""
+    own = np.flatnonzero(row)
+    unknown = sums.unknown_of.reshape(-1, 3)[own].ravel()
+    values = np.kron(np.outer(row[own], row[own]), block)
+    column, line = np.broadcast_arrays(unknown, unknown[:, None])
+    lower = (column >= 0) & (line >= column)
+    pattern = sums.pattern
+    keys = np.repeat(np.arange(pattern.n, dtype=np.int64), np.diff(pattern.indptr)) * pattern.n + pattern.indices
+    data[np.searchsorted(keys, column[lower] * pattern.n + line[lower])] += values[lower]
+
+
 @dataclass(frozen=True, eq=False)
 class MixedAssembly:
     """Assembly of groups of elements with unequally many functions, on one pattern; see `Assembly`."""
@@ -104,18 +116,23 @@ class MixedAssembly:
         return sum(group.matrix(own) for group, own in zip(self.groups, spans, strict=True))
 
 
-def mixed_assembly(groups: Sequence[np.ndarray], vectors: int, held: np.ndarray) -> MixedAssembly:
-    """Index arrays of groups of elements with the connectivity (e, i) each."""
+def mixed_assembly(
+    groups: Sequence[np.ndarray], vectors: int, held: np.ndarray, coupled: Sequence[np.ndarray] = ()
+) -> MixedAssembly:
+    """Index arrays of groups of elements with the connectivity (e, i) each; else as `assembly`."""
     free, unknown_of = _unknowns(vectors, held)
-    keys = np.unique(np.concatenate([_entries(connectivity, unknown_of) for connectivity in groups]))
+    keys = np.unique(np.concatenate([_entries(connectivity, unknown_of, coupled) for connectivity in groups]))
     own = tuple(_assembly(connectivity, free, unknown_of, keys) for connectivity in groups)
     return MixedAssembly(own, unknown_of, free, own[0].pattern)
 
 
-def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray) -> Assembly:
-    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed."""
+def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray, coupled: Sequence[np.ndarray] = ()) -> Assembly:
+    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed.
+
+    coupled: sets of nodal vectors that a load couples, each with each.
+    """
     free, unknown_of = _unknowns(vectors, held)
-    return _assembly(connectivity, free, unknown_of, _entries(connectivity, unknown_of))
+    return _assembly(connectivity, free, unknown_of, _entries(connectivity, unknown_of, coupled))
 
 
 def _unknowns(vectors: int, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -138,13 +155,15 @@ def _assembly(connectivity: np.ndarray, free: np.ndarray, unknown_of: np.ndarray
     return Assembly(connectivity, unknown_of, free, pattern, targets)
 
 
-def _entries(connectivity: np.ndarray, unknown_of: np.ndarray) -> np.ndarray:
+def _entries(connectivity: np.ndarray, unknown_of: np.ndarray, coupled: Sequence[np.ndarray]) -> np.ndarray:
     """Sorted distinct keys column n + row of the entries with row >= column."""
     n = int(unknown_of.max()) + 1
     vectors = len(unknown_of) // 3
     pair = pairs(connectivity.shape[1])
     one, other = connectivity[:, pair.first].astype(np.int64), connectivity[:, pair.second]
-    both = np.sort(np.minimum(one, other) * vectors + np.maximum(one, other), axis=None)
+    both = (np.minimum(one, other) * vectors + np.maximum(one, other)).ravel()
+    more = [(np.sort(group)[:, None] * vectors + np.sort(group))[np.triu_indices(len(group))] for group in coupled]
+    both = np.sort(np.concatenate([both, *more]))
     both = both[np.diff(both, prepend=-1) > 0]
     first, second = both // vectors, both % vectors
     u = unknown_of.reshape(-1, 3)

@@ -66,9 +66,14 @@ class Layered:
         return self.base.kinds + (KIND,) * len(self.own)
 
     @property
-    def enhanced(self) -> int | None:
+    def thickness(self) -> int | None:
         """As in the base."""
-        return self.base.enhanced
+        return self.base.thickness
+
+    @property
+    def shear(self) -> int | None:
+        """As in the base."""
+        return self.base.shear
 
     @property
     def levels(self) -> list[float]:

@@ -31,7 +31,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ancf.element import Integrand, relaxed
+from ancf.element import Integrand
+from ancf.enhanced import relaxed
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 

@@ -21,21 +21,21 @@ from ancf.subdomain import Band
 from ancf.system import System
 
 NEAR = 0.5  # of the even spacing: an even line this near to a band's edge gives way to it
-WIDE = 4  # reaches between two edges: from there on lines beside them
+WIDE = 4  # times the distance of a line beside an edge: so far away is the next edge at least
 BULK = 0.5  # of the promised gain: what one pass takes into use
 EVEN = 1e-6  # relative: gains this near to each other are both taken
 LEAST = 1e-10  # of the largest stiffness: less is none
 
 
 def fitted(
-    span: tuple[float, float], count: int, edges: Sequence[float], reach: float = 0.0, apart: float = 0.0
+    span: tuple[float, float], count: int, edges: Sequence[float], beside: Sequence[float] = (), apart: float = 0.0
 ) -> np.ndarray:
-    """Grid lines: the ends of `span`, the edges inside it, lines one reach beside them, and `count` even intervals.
+    """Grid lines: the ends of `span`, the edges inside it, lines beside them, and `count` even intervals.
 
-    Edges at most `apart` from each other share a line. A line one reach beside an edge is left out where the
-    next edge or end is nearer than four reaches, an even line where another is nearer than half its spacing.
+    Edges at most `apart` from each other or an end share a line. A line at the distance d `beside` an edge is left
+    out where the next edge is nearer than WIDE d, an even line where another one is nearer than half its spacing.
 
-    >>> fitted((0.0, 1.0), 4, [0.2, 0.3, 0.7, 0.8], 0.04).round(12).tolist()
+    >>> fitted((0.0, 1.0), 4, [0.2, 0.3, 0.7, 0.8], [0.04]).round(12).tolist()
     [0.0, 0.16, 0.2, 0.3, 0.34, 0.5, 0.66, 0.7, 0.8, 0.84, 1.0]
     """
     first, last = span
@@ -43,13 +43,14 @@ def fitted(
     for edge in sorted(edges):
         if edge - kept[-1] > apart and last - edge > apart:
             kept.append(edge)
-    beside = []
+    lines = [*kept, last]
     for low, high in pairwise([*kept, last]):
-        if reach and high - low > WIDE * reach:
-            beside += [low + reach] * (low > first) + [high - reach] * (high < last)
-    kept = np.sort([*kept, *beside, last])
+        near = [distance for distance in beside if high - low >= WIDE * distance * (1 - EVEN)]
+        lines += [low + distance for distance in near if low > first]
+        lines += [high - distance for distance in near if high < last]
+    fixed = np.unique(lines)
     even, near = np.linspace(first, last, count + 1), NEAR * (last - first) / count
-    return np.sort([*kept, *(line for line in even if np.abs(kept - line).min() >= near * (1 - EVEN))])
+    return np.sort([*fixed, *(line for line in even if np.abs(fixed - line).min() >= near * (1 - EVEN))])
 
 
 def band_edges(bands: Sequence[Band], axis: int) -> list[float]:
@@ -85,6 +86,11 @@ def _largest(gains: np.ndarray, wanted: float) -> np.ndarray:
     return (gains >= gains[order[needed]] * (1 - EVEN)) & (gains > 0)
 
 
+def _peak(history: Sequence[tuple[float, float]]) -> float:
+    """Time of the largest factor."""
+    return max(history, key=lambda point: abs(point[1]))[0]
+
+
 class _Problem:
     """Linear response of a trial system, by sets of free layer vectors."""
 
@@ -93,7 +99,8 @@ class _Problem:
         rest = mesh.vectors.ravel()
         values = trial.tangent(rest) + inertia * trial.mass_values
         self.K = sums.pattern.full(values).tocsr()
-        peaks = [load.force * max(abs(factor) for _, factor in load.history) for load in trial.loads]
+        peaks = [load.force * load.factor(_peak(load.history)) for load in trial.loads]
+        peaks += [moment.force(rest, _peak(moment.history)) for moment in trial.moments]
         self.F = np.array(peaks).reshape(len(peaks), len(rest)).T[sums.free]
         unknown_of = sums.unknown_of.reshape(-1, 3)
         is_layer = (mesh.kinds == KIND) & np.all(unknown_of >= 0, axis=1)

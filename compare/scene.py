@@ -17,43 +17,29 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from compare.scene_errors import SceneError, describe
+from compare.scene_parts import (
+    Count,
+    Interval,
+    Load,
+    Number,
+    Pair,
+    Part,
+    Positive,
+    Region,
+    Support,
+    Triple,
+    Vector,
+    exactly,
+)
 
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
 SHIPPED = Path(__file__).parent / "scenes"
 
 Budget = Literal["quick", "standard", "full"]
-Edge = Literal["x0", "x1", "y0", "y1"]
-
-
-def _exactly(count: int, what: str) -> BeforeValidator:
-    """Refuses a list of another length by saying how many entries it needs."""
-
-    def check(value: Any) -> Any:
-        if not isinstance(value, (list, tuple)) or len(value) != count:
-            raise ValueError(f"needs {count} {what}")
-        return tuple(value)
-
-    return BeforeValidator(check)
-
-
-Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]
-Count = Annotated[int, Field(strict=True, gt=0)]
-Pair = _exactly(2, "numbers")
-Triple = _exactly(3, "numbers")
-Interval = Annotated[tuple[Number, Number], Pair]
-Region = Annotated[tuple[Interval, Interval], _exactly(2, "intervals, [[x0, x1], [y0, y1]]")]
-Vector = Annotated[tuple[Number, Number, Number], Triple]
-
-
-class Part(BaseModel):
-    """A frozen piece of a scene that knows every key it may have."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Rectangle(Part):
@@ -74,7 +60,7 @@ class NurbsPatch(Part):
 
     kind: Literal["nurbs"]
     degree: Annotated[tuple[Count, Count], Pair]
-    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], _exactly(2, "knot vectors")]
+    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], exactly(2, "knot vectors")]
     control_points: tuple[tuple[Vector, ...], ...]
     weights: tuple[tuple[Positive, ...], ...] | None = None
 
@@ -135,61 +121,6 @@ class Material(Part):
     density: Positive | None = None
 
 
-class Clamp(Part):
-    """An edge whose cross-section is held.
-
-    gradients = "all": every nodal gradient is fixed too (the paper's clamp, all 12 coordinates).
-    gradients = "tangential": only what a Dirichlet condition on the face fixes; the gradient
-    normal to the edge stays free. A displacement-based solid reads both the same way.
-    """
-
-    kind: Literal["clamp"]
-    edge: Edge
-    gradients: Literal["all", "tangential"] = "tangential"
-
-
-History = tuple[Interval, ...]
-CONSTANT: History = ((0.0, 1.0),)
-
-
-class PointLoad(Part):
-    """Dead force (N) at (x, y), spread evenly over the line through the thickness there."""
-
-    kind: Literal["point"]
-    at: Interval
-    force: Vector
-    history: History = CONSTANT
-
-
-class EdgeLoad(Part):
-    """Dead force (N, total), spread evenly over the face of an edge."""
-
-    kind: Literal["edge"]
-    edge: Edge
-    force: Vector
-    history: History = CONSTANT
-
-
-class PatchLoad(Part):
-    """Dead force (N, total), spread evenly over the volume whose (x, y) lies in the region."""
-
-    kind: Literal["patch"]
-    region: Region
-    force: Vector
-    history: History = CONSTANT
-
-
-class Gravity(Part):
-    """Acceleration (m/s2) on all of the mass."""
-
-    kind: Literal["gravity"]
-    acceleration: Vector
-    history: History = CONSTANT
-
-
-Load = Annotated[PointLoad | EdgeLoad | PatchLoad | Gravity, Field(discriminator="kind")]
-
-
 class Initial(Part):
     """Rigid initial velocity (m/s) of the undeformed plate at t = 0: v = velocity + angular_velocity x r.
 
@@ -240,9 +171,9 @@ class AncfLevel(Part):
 
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
-    element: the paper's "conforming" one or the "enriched" one, which does not lock.
-    fit = "grooves": grid lines on the edges of grooves and protrusions and, where there is room, 0.8 thicknesses
-    beside them; of the lines that `mesh` asks for those that stay away from these.
+    element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
+    fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in
+    thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
     time_step: seconds, or the increment of the load parameter in statics.
@@ -251,8 +182,8 @@ class AncfLevel(Part):
     mesh: Annotated[tuple[Count, Count], Pair]
     points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
     integration: Literal["subdomain", "global"] = "subdomain"
-    element: Literal["conforming", "enriched"] = "conforming"
-    fit: Literal["grooves"] | None = None
+    element: Literal["conforming", "acm", "enriched"] = "enriched"
+    fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
     time_step: Positive
@@ -356,7 +287,7 @@ class Scene(Part):
     grooves: tuple[Band, ...] = ()
     protrusions: tuple[Band, ...] = ()
     material: Material
-    supports: tuple[Clamp, ...] = ()
+    supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = Field(min_length=1)

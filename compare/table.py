@@ -2,7 +2,7 @@
 
 A row is a dict with exactly the keys of KEYS; null (None) where a key does not apply.
 
-- element: "conforming" (the paper's plate element), "enriched" or "P2 tetrahedron". rule: Gauss points per
+- element: "enriched", "conforming" (the paper's), "acm" or "P2 tetrahedron". rule: Gauss points per
   subdomain as stated in the level, "3x3x2", with " global" behind it where grooves are ignored by
   the rule; 7x7x3 is exact for this element and SVK. null for the reference, whose rule is its own.
 - groove: "none", or the names of grooves and protrusions joined by "+". load: kinds of the loads joined by "+".
@@ -191,7 +191,8 @@ def element(level: Level) -> str:
     """Name of the element of a level, and what was spent on grooves."""
     if not hasattr(level, "element"):
         return "P2 tetrahedron"
-    spent = (level.fit and "fitted", level.enrich and f"layers to {level.enrich:g}")
+    beside = None if level.fit is None else " ".join(["fitted", *(f"{distance:g}" for distance in level.fit)])
+    spent = (beside, level.enrich and f"layers to {level.enrich:g}")
     return ", ".join([level.element, *filter(None, spent)])
 
 

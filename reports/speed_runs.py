@@ -20,6 +20,7 @@ from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 from compare.table import height
 
 EXACT = [7, 7, 3]
+PAPERS = "conforming"
 PLAIN, GROOVED, PATCH = "cantilever_plain", "cantilever", "cantilever_plain_patch"
 
 
@@ -33,7 +34,7 @@ def ancf(
     from ancf.run import build, solve
 
     stated = _until(load(scene), until)
-    level = AncfLevel(mesh=(mesh, mesh), points=tuple(points), time_step=time_step)
+    level = AncfLevel(element=PAPERS, mesh=(mesh, mesh), points=tuple(points), time_step=time_step)
     begin = time.process_time()
     build(stated, level)
     setup = time.process_time() - begin
@@ -132,7 +133,7 @@ def table5(meshes: list[int], time_step: float = 0.01, jobs: int = 2) -> dict[st
 def _rows(scene: Scene, meshes: list[int], time_step: float) -> Scene:
     """The scene with one ANCF level per printed row at the rule it was found to use, 3x3x2 where none is known."""
     levels = [
-        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step}
+        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step, "element": PAPERS}
         for row in scene.published.rows
         if row.mesh[0] in meshes
     ]
@@ -185,7 +186,9 @@ def curve(meshes: list[int], sizes: list[float], time_step: float = 0.02, rounds
     time steps, so what is left between levels is the error in space.
     """
     levels = {
-        "ancf": {"levels": [{"mesh": [n, n], "points": EXACT, "time_step": time_step} for n in meshes]},
+        "ancf": {
+            "levels": [{"element": PAPERS, "mesh": [n, n], "points": EXACT, "time_step": time_step} for n in meshes]
+        },
         "reference": {"levels": [{"size": size, "time_step": time_step} for size in sizes]},
     }
     scene = load(PATCH).override(levels)

@@ -22,6 +22,7 @@ ANCF_ORDER = (
     "mesh",
     "layer",
     "material",
+    "enhanced",
     "element",
     "quadratic_form",
     "assembly",

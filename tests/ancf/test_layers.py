@@ -21,7 +21,7 @@ from compare.scene import AncfLevel, load
 from .conftest import PLATES, THICKNESS
 
 FLOOR, BELOW = -0.005, Band(BOTTOM, GROOVE, 0, (0.25, 0.6), 0.02)
-LEVEL = AncfLevel(mesh=(4, 1), element="enriched", fit="grooves", enrich=0.95, time_step=0.5)
+LEVEL = AncfLevel(mesh=(4, 1), element="enriched", fit=(0.8,), enrich=0.95, time_step=0.5)
 FORCE = 2.0e6 * THICKNESS  # N: modulus times the area of a strip one metre wide
 
 
@@ -156,11 +156,11 @@ def test_fitted_lines_hold_every_edge_and_stay_apart():
     rng = np.random.default_rng(0)
     for _ in range(50):
         edges = np.sort(rng.uniform(-0.1, 1.1, rng.integers(0, 9)))
-        lines = fitted((0.0, 1.0), int(rng.integers(1, 9)), edges.tolist(), 0.04, 1e-3)
+        lines = fitted((0.0, 1.0), int(rng.integers(1, 9)), edges.tolist(), [0.02, 0.04], 1e-3)
         inside = edges[(edges > 1e-3) & (edges < 1 - 1e-3)]
         assert lines[0] == 0 and lines[-1] == 1 and np.all(np.diff(lines) > 0.999e-3)
         assert all(np.abs(lines - edge).min() <= 1e-3 for edge in inside)
-    np.testing.assert_array_equal(fitted((0.0, 2.0), 4, [], 0.04), np.linspace(0, 2, 5))
+    np.testing.assert_array_equal(fitted((0.0, 2.0), 4, [], [0.04]), np.linspace(0, 2, 5))
 
 
 def table_groove(**changes):

@@ -231,7 +231,11 @@ def test_levels_that_spend_on_grooves_are_rows_of_their_own():
     even = AncfLevel(mesh=(4, 4), element="enriched", time_step=0.1)
     spent = [
         even,
-        even.model_copy(update={"fit": "grooves"}),
-        even.model_copy(update={"fit": "grooves", "enrich": 0.9}),
+        even.model_copy(update={"fit": ()}),
+        even.model_copy(update={"fit": (0.8,), "enrich": 0.9}),
     ]
-    assert [element(level) for level in spent] == ["enriched", "enriched, fitted", "enriched, fitted, layers to 0.9"]
+    assert [element(level) for level in spent] == [
+        "enriched",
+        "enriched, fitted",
+        "enriched, fitted 0.8, layers to 0.9",
+    ]

@@ -28,6 +28,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -102,47 +103,61 @@ def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:
     return Q
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """Consecutive elements `e` (slice) that share one form, or have one each (slice `forms`)."""
-
-    e: slice
-    forms: slice
-
-    def apply(self, vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray) -> None:
-        """out (e, ..., n) = vectors (e, ..., m) times the tensors (g, m, n) of this run."""
-        x, y, tensor = vectors[self.e], out[self.e], tensors[self.forms]
-        g, m, n = tensor.shape
-        np.matmul(x.reshape(g, -1, m), tensor, out=y.reshape(g, -1, n))
-
-
-def _runs(form_of: np.ndarray) -> list[Run]:
-    """Runs of one portion, in order."""
+def _runs(form_of: np.ndarray) -> list[tuple[slice, slice]]:
+    """Runs of one portion in order: consecutive elements that share one form, or have one each, and their forms."""
     starts = np.flatnonzero(np.r_[True, np.diff(form_of) != 0])
     stops = np.r_[starts[1:], len(form_of)]
-    runs: list[Run] = []
+    runs: list[tuple[slice, slice]] = []
     for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
         g = int(form_of[start])
-        last = runs[-1] if runs else None
-        alone = stop - start == 1
-        if alone and last and last.forms.stop == g and last.e.stop - last.e.start == last.forms.stop - last.forms.start:
-            runs[-1] = Run(slice(last.e.start, stop), slice(last.forms.start, g + 1))
+        e, forms = runs[-1] if runs else (slice(0, 0), slice(0, 0))
+        alone = stop - start == 1 and e.stop - e.start == forms.stop - forms.start
+        if runs and alone and forms.stop == g:
+            runs[-1] = slice(e.start, stop), slice(forms.start, g + 1)
         else:
-            runs.append(Run(slice(start, stop), slice(g, g + 1)))
+            runs.append((slice(start, stop), slice(g, g + 1)))
     return runs
+
+
+class Product(NamedTuple):
+    """out = vectors tensors of one run: views of a portion's work arrays, made once.
+
+    A shared form: (rows, m), (m, n), (rows, n). A form each: (g, rows, m), (g, m, n), (g, rows, n).
+    """
+
+    vectors: np.ndarray
+    tensors: np.ndarray
+    out: np.ndarray
+
+    def compute(self) -> None:
+        """Fill `out`."""
+        np.matmul(self.vectors, self.tensors, out=self.out)
+
+
+def _products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray):
+    """Product of each run for out (e, ..., n) = vectors (e, ..., m) times the element's tensor of tensors (g, m, n)."""
+    _, m, n = tensors.shape
+    products = []
+    for e, forms in runs:
+        shared = (-1,) if forms.stop - forms.start == 1 else (forms.stop - forms.start, -1)
+        own = tensors[forms.start] if len(shared) == 1 else tensors[forms]
+        products.append(Product(vectors[e].reshape(*shared, m), own, out[e].reshape(*shared, n)))
+    return products
 
 
 @dataclass(frozen=True, eq=False)
 class Portion:
-    """Elements `e` that are computed together: their runs, D0 (e, 120) and work arrays.
+    """Elements `e` that are computed together: D0 (e, 120), work arrays, and the products that fill them.
 
-    packed: tangents of the whole span; upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
+    stress: D to P. tangent: even and odd to their parts of the tangent. packed: tangents of the whole span;
+    upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
     """
 
     e: slice
-    runs: list[Run]
     D0: np.ndarray
     work: dict[str, np.ndarray]
+    stress: list[Product]
+    tangent: list[Product]
     packed: np.ndarray
     upper: np.ndarray
     lower: np.ndarray
@@ -203,8 +218,8 @@ class QuadraticElements:
         np.matmul(own, own.swapaxes(1, 2), out=gram)
         gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
         D -= portion.D0
-        for run in portion.runs:
-            run.apply(D, self.stress, work["P"])
+        for product in portion.stress:
+            product.compute()
 
     def _tangent(self, portion: Portion) -> None:
         """Fill the packed tangents of one portion from its Q and P; D is overwritten."""
@@ -222,9 +237,8 @@ class QuadraticElements:
             np.subtract(even[:, 3 + k, :moving_c], swapped[:, :moving_c], out=odd[:, k])
             even[:, 3 + k] += swapped
         upper, lower, odd_part = portion.upper, portion.lower, work["odd part"]
-        for run in portion.runs:
-            run.apply(even, self.symmetric, upper)
-            run.apply(odd, self.antisymmetric, odd_part)
+        for product in portion.tangent:
+            product.compute()
         upper[:, :3] += work["P"][:, None]
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
@@ -245,8 +259,11 @@ class QuadraticElements:
             own = slice(start - first, start - first + len(forms))
             upper = span[: size * 6 * m].reshape(size, 6, m)[own]
             lower = span[size * 6 * m :].reshape(size, 3, c)[own]
-            e = slice(start, start + len(forms))
-            portions.append(Portion(e, _runs(forms), self.D0[forms], work[len(forms)], span, upper, lower))
+            e, arrays, runs = slice(start, start + len(forms)), work[len(forms)], _runs(forms)
+            stress = _products(runs, arrays["D"], self.stress, arrays["P"])
+            tangent = _products(runs, arrays["even"], self.symmetric, upper)
+            tangent += _products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
+            portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, span, upper, lower))
         return portions
 
 

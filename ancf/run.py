@@ -33,7 +33,7 @@ from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, GeometryError, Surface
-from ancf.outline import facets, positions
+from ancf.outline import facets, rows
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp
@@ -140,8 +140,8 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
 
 def _outline(scene: Scene, model: Model, q: np.ndarray) -> Outline:
     surface = facets(model.mesh, model.bands, scene.thickness)
-    reference = positions(model.mesh, surface, model.mesh.vectors)
-    displaced = positions(model.mesh, surface, q.reshape(-1, 3))
+    at = rows(model.mesh, surface)
+    reference, displaced = at @ model.mesh.vectors, at @ q.reshape(-1, 3)
     return Outline(reference, displaced - reference, surface.triangles, surface.edges)
 
 

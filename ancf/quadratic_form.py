@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ancf.element import Integrand, relaxed
+from ancf.element import Integrand
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 
@@ -64,9 +64,9 @@ def quadratic_form(
     n = parts.G.shape[1]
     pair = pairs(n)
     A = _integrate(parts, material, pair)
-    full = A[pair.of[:, :, None, None], pair.of].transpose(0, 2, 1, 3)
-    straight = full[pair.first, pair.second][:, pair.first, pair.second]
-    swapped = full[pair.first, pair.second][:, pair.second, pair.first]
+    i, k = pair.first[:, None], pair.second[:, None]
+    straight = A[pair.of[i, pair.first], pair.of[k, pair.second]]
+    swapped = A[pair.of[i, pair.second], pair.of[k, pair.first]]
     rows, odd_rows = pair.moving, pair.moving[: pair.moving_crossed]
     weight = pair.weight[rows, None]
     Q = from_first_node(vectors[None], positions)[0]
@@ -79,21 +79,23 @@ def quadratic_form(
 
 
 def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) -> np.ndarray:
-    """A (m, m), symmetrised in each pair."""
+    """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.element`) and C = L L^T,
+
+    A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV).
+    """
     first, second = parts.G[:, pair.first], parts.G[:, pair.second]
-    E_m = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=-1)
+    E = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=1)
     C = material.tangent(np.zeros((3, 3)))
-    C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT])
     both = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-    C_voigt = C_voigt * both * both[:, None]
-    q, m, _ = E_m.shape
-    E_m = E_m.transpose(0, 2, 1)
-    M = np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)
-    CM = (C_voigt @ M * parts.volume[:, None, None]).reshape(6 * q, -1)
-    E = relaxed(E_m.reshape(6 * q, m), M.reshape(6 * q, -1), CM)
-    CE = C_voigt @ E.reshape(q, 6, m) * parts.volume[:, None, None]
-    A = E_m.reshape(6 * q, m).T @ CE.reshape(6 * q, m)
-    return (A + A.T) / 2
+    C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]) * both * both[:, None]
+    L_t = np.linalg.cholesky(C_voigt).T * np.sqrt(parts.volume)[:, None, None]
+    X = (L_t @ E).reshape(6 * len(E), -1)
+    LM = (L_t @ np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)).reshape(len(X), -1)
+    A = X.T @ X
+    if LM.shape[1]:
+        Y = np.linalg.solve(np.linalg.cholesky(LM.T @ LM), LM.T @ X)
+        A -= Y.T @ Y
+    return A
 
 
 def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:

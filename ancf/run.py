@@ -149,9 +149,9 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
 
 def _outline(scene: Scene, model: Model, q: np.ndarray) -> Outline:
     surface = facets(model.mesh, model.bands, scene.thickness)
-    at = rows(model.mesh, surface)
-    reference, displaced = at @ model.mesh.vectors, at @ q.reshape(-1, 3)
-    return Outline(reference, displaced - reference, surface.triangles, surface.edges)
+    moved = q.reshape(-1, 3) - model.mesh.vectors
+    both = rows(model.mesh, surface) @ np.hstack([model.mesh.vectors, moved])
+    return Outline(both[:, :3], both[:, 3:], surface.triangles, surface.edges)
 
 
 def _message(history: History) -> str:

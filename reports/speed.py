@@ -36,7 +36,7 @@ BUDGETS: dict[str, dict[str, Any]] = {
         "reference_runs": 1,
         "calculix_until": 0.04,
         "many": None,
-        "curve": {"conforming": [2, 4, 8, 12], "enriched": [2, 3, 4], "sizes": [0.5, 0.3, 0.2]},
+        "curve": {"conforming": [2, 4, 8, 12], "enriched": [2, 3, 4], "sizes": [0.3, 0.2, 0.14]},
         "curve_calculix": [],
         "own_steps": None,
         "exudyn": None,
@@ -177,7 +177,7 @@ def main(words: Sequence[str] | None = None) -> int:
         state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
         value = "-" if figure.value is None else format(figure.value, figure.form)
         bar = "" if figure.bar is None else f"{'at least' if figure.least else 'at most'} {figure.bar:g}"
-        print(f"{figure.name:26} {value:>10} {figure.unit:6} {bar:14} {state}")
+        print(f"{figure.name:30} {value:>6} {figure.unit:6} {bar:14} {state}")
     print(f"page: {path}")
     return int(any(run.status.startswith("failed") for run in measurements(found)))
 

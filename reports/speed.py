@@ -111,6 +111,10 @@ def gather(budget: str, tell: Report = lambda measured, seconds: None) -> Found:
     found["curve"] = take("speed_runs.curve", **plan["curve"])
     patch = {"time_step": 0.02, "scene": "cantilever_plain_patch"}
     found["curve_calculix"] = [take("speed_runs.calculix_run", size=size, **patch) for size in plan["curve_calculix"]]
+    found["one_percent"] = [
+        take("speed_runs.ancf", mesh=4, element="enriched", repeats=5, **patch),
+        take("speed_runs.reference", size=0.2, repeats=2, **patch),
+    ]
     found["own_steps"] = plan["own_steps"] and take("speed_runs.own_steps", **plan["own_steps"])
     return found
 

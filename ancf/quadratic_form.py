@@ -79,7 +79,7 @@ def quadratic_form(
 
 
 def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) -> np.ndarray:
-    """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.element`) and C = L L^T,
+    """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.enhanced`) and C = L L^T,
 
     A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV).
     """

@@ -372,7 +372,9 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
     left_out += ["damping, contact, plasticity", "warping near groove edges finer than an element"]
-    return modelled, left_out + _stiffened_bending(scene.material.poissons_ratio)
+    if FAMILY[level.element].thickness is None:
+        left_out += _stiffened_bending(scene.material.poissons_ratio)
+    return modelled, left_out
 
 
 def _support_words(support) -> str:

@@ -12,6 +12,7 @@ from compare.scene_geometry import AXES, all_bands, band_problems, material_rang
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
 CLAMPED = "this edge is already clamped by {first}"
+LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 
 
 def problems(scene: Scene) -> Iterator[str]:
@@ -25,8 +26,8 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _ladders, _published)
-    for check in (*checks, _companions, _sensitivity):
+    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _points, _ladders)
+    for check in (*checks, _published, _companions, _sensitivity):
         yield from check(scene)
 
 
@@ -183,6 +184,14 @@ def _times(scene: Scene) -> Iterator[str]:
     for (_, step), key in steps.items():
         if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
+
+
+def _points(scene: Scene) -> Iterator[str]:
+    for key, level in _levels(scene):
+        least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
+        if any(count < few for count, few in zip(getattr(level, "points", least), least, strict=True)):
+            reason = f"the {level.element} element deforms without energy below {list(least)}"
+            yield f"{key}.points = {list(level.points)}: {reason}; state that or more, or another element"
 
 
 def _is_multiple(value: float, unit: float) -> bool:

@@ -79,23 +79,24 @@ def limits(entries: Sequence[Entry]) -> list[str]:
     found = [AGREEMENT]
     if any(load.kind == "point" for scene in stated for load in scene.loads):
         found.append(POINT)
-    locked = [e for e in entries if e.solver == "ancf" and e.level.element == "conforming"]
+    locked = [e for e in entries if e.solver == "ancf" and e.level.element != "enriched"]
     ratios = {e.scene.material.poissons_ratio for e in locked}
     found += [locking(nu) for nu in sorted(ratios) if nu != 0]
     return [*found, "Anything the scene does not mention: it is not modelled."]
 
 
 def locking(nu: float) -> str:
-    """Why the conforming element does not reach a solid whose Poisson's ratio is `nu`.
+    """Why an element without enhanced strains does not reach a solid whose Poisson's ratio is `nu`.
 
     Its strain through the thickness is constant in z, while bending asks for a linear one; with the
     three-dimensional law that raises a plate's E / (1 - nu^2) to E (1 - nu) / ((1 + nu) (1 - 2 nu)).
     """
     stiffer = 100 * ((1 - nu) ** 2 / (1 - 2 * nu) - 1)
     return (
-        f"That the conforming ANCF plate tends to the solid: at \u03bd = {nu:g} it does not. Its thickness stretches "
-        f"evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is up to {stiffer:.3g} % "
-        "too stiff in bending, however fine the mesh. Part of the distance between the two solvers is this."
+        f"That an ANCF plate of conforming or acm elements tends to the solid: at \u03bd = {nu:g} it does not. Its "
+        "thickness stretches evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is up to "
+        f"{stiffer:.3g} % too stiff in bending, however fine the mesh. Part of the distance between the two solvers is "
+        "this."
     )
 
 

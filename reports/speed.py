@@ -111,10 +111,13 @@ def gather(budget: str, tell: Report = lambda measured, seconds: None) -> Found:
     found["curve"] = take("speed_runs.curve", **plan["curve"])
     patch = {"time_step": 0.02, "scene": "cantilever_plain_patch"}
     found["curve_calculix"] = [take("speed_runs.calculix_run", size=size, **patch) for size in plan["curve_calculix"]]
-    found["one_percent"] = [
-        take("speed_runs.ancf", mesh=4, element="enriched", repeats=5, **patch),
-        take("speed_runs.reference", size=0.2, repeats=2, **patch),
-    ]
+    ours, solid = (Curves.of(found["curve"]).first(series, 1.0) for series in ("enriched", "reference"))
+    found["one_percent"] = []
+    if ours and solid:
+        found["one_percent"] = [
+            take("speed_runs.ancf", mesh=round(1 / ours["h"]), element="enriched", repeats=5, **patch),
+            take("speed_runs.reference", size=solid["h"], repeats=2, **patch),
+        ]
     found["own_steps"] = plan["own_steps"] and take("speed_runs.own_steps", **plan["own_steps"])
     return found
 

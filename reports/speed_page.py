@@ -228,10 +228,11 @@ def _paid_for(found: dict[str, Any]) -> Iterator[Block]:
     """Where the two runs that reach 1 % spend their time, and what no programming could spare."""
     for run in found["one_percent"]:
         yield from _failure(run)
-    if not all(run.ok for run in (*found["one_percent"], found["kernels"])):
+    if not found["one_percent"] or not all(run.ok for run in (*found["one_percent"], found["kernels"])):
         return
     ours, solid = found["one_percent"]
-    for name, run, kind in (("ANCF, 4x4 enriched elements", ours, "CPU"), ("reference, h=0.2", solid, "wall")):
+    n, size = ours.arguments["mesh"], solid.arguments["size"]
+    for name, run, kind in ((f"ANCF, {n}x{n} enriched", ours, "CPU"), (f"reference, h={size:g}", solid, "wall")):
         split = {"what": name, **{part: 1e3 * seconds for part, seconds in run.get("split").items()}}
         columns = [Column("what", "run"), *(Column(part, part, ".3g", "ms") for part in run.get("split"))]
         yield Table(f"What the first level within 1 % pays for ({kind} of the whole run)", columns, [split])

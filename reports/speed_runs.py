@@ -20,6 +20,7 @@ from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 from compare.table import height
 
 EXACT = [7, 7, 3]
+PAPERS = "conforming"
 PLAIN, GROOVED, PATCH = "cantilever_plain", "cantilever", "cantilever_plain_patch"
 
 
@@ -30,7 +31,7 @@ def ancf(
     points: list[int] = EXACT,
     until: float = 1.0,
     repeats: int = 1,
-    element: str = "conforming",
+    element: str = PAPERS,
 ) -> dict[str, Any]:
     """ANCF from start to end: least CPU and wall seconds of `repeats` runs.
 
@@ -150,7 +151,7 @@ def table5(meshes: list[int], time_step: float = 0.01, jobs: int = 2) -> dict[st
 def _rows(scene: Scene, meshes: list[int], time_step: float) -> Scene:
     """The scene with one ANCF level per printed row at the rule it was found to use, 3x3x2 where none is known."""
     levels = [
-        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step}
+        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step, "element": PAPERS}
         for row in scene.published.rows
         if row.mesh[0] in meshes
     ]

@@ -22,7 +22,7 @@ HALF = {"analysis.until": 0.5}
 
 
 def level(mesh, points=(3, 3, 2), time_step=STEP):
-    return AncfLevel(mesh=(mesh, mesh), points=points, time_step=time_step)
+    return AncfLevel(element="conforming", mesh=(mesh, mesh), points=points, time_step=time_step)
 
 
 @pytest.fixture(scope="module")

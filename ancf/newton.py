@@ -110,10 +110,13 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        found = correct(system, solver, q, _statics(system, target), system.tangent)
+        balance, tangent = _statics(system, target)
+        found = correct(system, solver, q, balance, tangent)
         iterations += found.iterations
         if found.status == OK:
-            work += float((system.loads_total(t) + system.loads_total(target)) @ (found.q - q)) / 2
+            loads = system.loads_total(t) + system.moments_total(q, t)
+            loads += system.loads_total(target) + system.moments_total(found.q, target)
+            work += float(loads @ (found.q - q)) / 2
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:
             cut /= 2
@@ -122,14 +125,14 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     return Path(until, q, work, OK, steps, iterations)
 
 
-def _statics(system: System, t: float) -> Callable[[np.ndarray], Balance]:
-    """F(t) - f(q)."""
-    external = system.force_external(t)
-    size = system.norm(external)
+def _statics(system: System, t: float) -> tuple[Callable[[np.ndarray], Balance], Callable[[np.ndarray], np.ndarray]]:
+    """F(q, t) - f(q), and minus its derivative (nnz,)."""
+    dead = system.loads_total(t)
 
     def balance(q: np.ndarray) -> Balance:
+        external = (dead + system.moments_total(q, t))[system.assembly.free]
         internal = system.force_internal(q)
-        tolerance = max(TOLERANCE * max(size, system.norm(internal)), system.force_floor(q))
+        tolerance = max(TOLERANCE * max(system.norm(external), system.norm(internal)), system.force_floor(q))
         return Balance(external - internal, tolerance)
 
-    return balance
+    return balance, lambda q: system.tangent_static(q, t)

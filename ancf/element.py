@@ -109,7 +109,7 @@ class PointElements:
 
     @staticmethod
     def _runs(Q: np.ndarray, parts: tuple[Integrand, ...]) -> Iterator[tuple[np.ndarray, Integrand]]:
-        """Q and stacked Integrand of consecutive elements with as many points and strains, in portions that stay small."""
+        """Q and stacked Integrand of consecutive elements with as many points and strains, in small portions."""
         start = 0
         while start < len(Q):
             points = len(parts[start].volume)

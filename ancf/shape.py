@@ -81,7 +81,7 @@ class Plate:
         return tuple(i for i, kind in enumerate(self.kinds) if kind == "r")
 
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
-        """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b)."""
+        """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b), also (q,)."""
         x, y, z = np.asarray(points, dtype=float).T
         hermite = _hermite(x, size[0]), _hermite(y, size[1])
         linear = _linear(x, size[0]), _linear(y, size[1])

@@ -11,8 +11,8 @@ from compare.scene_geometry import AXES, all_bands, band_problems, material_rang
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
-LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 CLAMPED = "this edge is already clamped by {first}"
+LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 
 
 def problems(scene: Scene) -> Iterator[str]:
@@ -26,8 +26,8 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _points, _ladders, _published)
-    for check in (*checks, _companions, _sensitivity):
+    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _points, _ladders)
+    for check in (*checks, _published, _companions, _sensitivity):
         yield from check(scene)
 
 

@@ -45,7 +45,7 @@ from ancf.nurbs import Curve, GeometryError, Surface
 from ancf.outline import facets, rows
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
-from ancf.supports import clamp, hold_corner, hold_edge, hold_whole, symmetry
+from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import Body, System, body, distinct, expected_memory, system
 from compare.result import Outline, Result
 from compare.scene import AncfLevel, Scene
@@ -167,11 +167,13 @@ def build(scene: Scene, level: AncfLevel) -> Model:
     bands = _bands(scene)
     material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
     density = scene.material.density or 0.0
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration)
+    held = _held(scene, mesh)
+    free = free_edges(mesh, held)
+    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, free=free)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
     dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
     probes = np.stack([_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes])
-    acting = system(plate, _held(scene, mesh), dead, scene.thickness, moments)
+    acting = system(plate, held, dead, scene.thickness, moments)
     return Model(mesh, bands, plate, acting, probes)
 
 
@@ -333,12 +335,13 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
     mesh = _mesh(scene, level)
-    unknowns = int((~_held(scene, mesh)).sum())
+    held = _held(scene, mesh)
+    unknowns, shapes = int((~held).sum()), len(distinct(mesh, _bands(scene), free_edges(mesh, held))[1])
     modelled, left_out = _words(scene, level)
     return {
         "unknowns": unknowns,
         "elements": len(mesh.connectivity),
-        "memory_mb": expected_memory(mesh, unknowns, len(distinct(mesh, _bands(scene))[1])),
+        "memory_mb": expected_memory(mesh, unknowns, shapes),
         "modelled": modelled,
         "left_out": left_out,
     }

@@ -21,6 +21,7 @@ ANCF_ORDER = (
     "subdomain",
     "mesh",
     "material",
+    "free_edge",
     "enhanced",
     "element",
     "quadratic_form",

@@ -27,6 +27,7 @@ from reports.unit import measure
 CHAPTERS: tuple[str, ...] = (
     "elements",
     "benchmarks",
+    "shells",
 )
 OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"

@@ -33,6 +33,7 @@ ANCF_ORDER = (
     "linear_solver",
     "newton",
     "integrate",
+    "modes",
     "outline",
     "run",
 )

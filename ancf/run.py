@@ -445,9 +445,11 @@ def _load_words(load) -> str:
 def _stiffened_bending(nu: float) -> list[str]:
     """What a position field linear in z costs: E_zz cannot follow -nu/(1 - nu) E_xx, which is odd in z.
 
-    Bent to a cylinder, a plate then has the stiffness of lambda + 2 mu instead of E / (1 - nu^2).
+    Bent to a cylinder, a plate then has the stiffness of lambda + 2 mu instead of E / (1 - nu^2); bent to a bowl,
+    alike in both directions, that of 2 (lambda + mu) instead of E / (1 - nu).
     """
     if nu == 0:
         return []
-    factor = (1 - nu) ** 2 / (1 - 2 * nu)
-    return [f"thickness strain that varies with z: on any mesh bending is up to {factor:.3g} times too stiff"]
+    cylinder, bowl = (1 - nu) ** 2 / (1 - 2 * nu), (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+    words = f"on any mesh bending to a cylinder is {cylinder:.3g} times too stiff, to a bowl {bowl:.3g} times"
+    return [f"thickness strain that varies with z: {words}"]

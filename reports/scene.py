@@ -99,14 +99,15 @@ def locking(nu: float) -> str:
     """Why an element without enhanced strains does not reach a solid whose Poisson's ratio is `nu`.
 
     Its strain through the thickness is constant in z, while bending asks for a linear one; with the
-    three-dimensional law that raises a plate's E / (1 - nu^2) to E (1 - nu) / ((1 + nu) (1 - 2 nu)).
+    three-dimensional law that raises a plate's E / (1 - nu^2) to E (1 - nu) / ((1 + nu) (1 - 2 nu)), and where it is
+    bent alike in both directions its E / (1 - nu) to E / ((1 + nu) (1 - 2 nu)).
     """
-    stiffer = 100 * ((1 - nu) ** 2 / (1 - 2 * nu) - 1)
+    cylinder, bowl = (1 - nu) ** 2 / (1 - 2 * nu), (1 - nu) / ((1 + nu) * (1 - 2 * nu))
     return (
         f"That an ANCF plate of conforming or acm elements tends to the solid: at \u03bd = {nu:g} it does not. Its "
-        "thickness stretches evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is up to "
-        f"{stiffer:.3g} % too stiff in bending, however fine the mesh. Part of the distance between the two solvers is "
-        "this."
+        "thickness stretches evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is "
+        f"{100 * (cylinder - 1):.3g} % too stiff in bending to a cylinder and {100 * (bowl - 1):.3g} % to a bowl, "
+        "however fine the mesh. Part of the distance between the two solvers is this."
     )
 
 

@@ -28,6 +28,7 @@ CHAPTERS: tuple[str, ...] = (
     "elements",
     "benchmarks",
     "shells",
+    "frequencies",
 )
 OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ancf.linear_solver import LinearSolver, Solve
-from ancf.newton import OK, TOLERANCE, Balance, correct
+from ancf.linear_solver import LinearSolver
+from ancf.newton import OK, TOLERANCE, Balance, Factor, correct
 from ancf.system import EPSILON, System
 
 SMALLEST_CUT = 2.0**-6
@@ -56,7 +56,7 @@ class Step(NamedTuple):
     status: str
     iterations: int
     factorisations: int
-    factor: Solve | None
+    factor: Factor | None
 
 
 def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.ndarray) -> State:
@@ -68,7 +68,7 @@ def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.nda
 
 
 def step(
-    system: System, solver: LinearSolver, scheme: Scheme, state: State, dt: float, factor: Solve | None = None
+    system: System, solver: LinearSolver, scheme: Scheme, state: State, dt: float, factor: Factor | None = None
 ) -> Step:
     """One step of length dt (s). The state is unchanged where the status is not ok."""
     alpha_m, alpha_f, beta, gamma, _ = scheme
@@ -93,7 +93,8 @@ def step(
     def jacobian(q: np.ndarray) -> np.ndarray:
         return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q)
 
-    found = correct(system, solver, drift, balance, jacobian, factor, reuse=True)
+    guess = drift + beta * dt**2 * state.a
+    found = correct(system, solver, guess, balance, jacobian, factor, reuse=True)
     if found.status != OK:
         return Step(state, found.status, found.iterations, found.factorisations, None)
     a = acceleration(found.q)
@@ -111,11 +112,11 @@ class Motion(NamedTuple):
     steps: int
     iterations: int
     factorisations: int
-    factor: Solve | None
+    factor: Factor | None
 
 
 def advance(
-    system: System, solver: LinearSolver, scheme: Scheme, state: State, until: float, dt: float, factor: Solve | None
+    system: System, solver: LinearSolver, scheme: Scheme, state: State, until: float, dt: float, factor: Factor | None
 ) -> Motion:
     """Steps of length dt from the state to the time `until`, a whole number of steps away.
 

@@ -76,6 +76,11 @@ class Layered:
         return self.base.shear
 
     @property
+    def layer(self) -> int | None:
+        """As in the base."""
+        return self.base.layer
+
+    @property
     def levels(self) -> list[float]:
         """Where the functions have a kink."""
         return sorted({through.floor for _, through in self.own})

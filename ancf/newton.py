@@ -1,5 +1,8 @@
 """Equilibrium: Newton's method with a stated tolerance and named failures.
 
+Where factors are reused, an old one is corrected by BFGS updates (Matthies, Strang 1979; two-loop form of Nocedal
+1980), across iterations and time steps.
+
 A residual has converged when its size in newtons (gradients divided by their lengths, see `System`)
 is at most TOLERANCE times the largest of the forces that balance in it, or round-off of the internal
 force of the undeformed plate and of the inertia.
@@ -7,6 +10,8 @@ force of the undeformed plate and of the inertia.
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -18,7 +23,11 @@ from ancf.system import System
 TOLERANCE = 1e-9
 FULL_LIMIT = 40
 OLD_LIMIT = 80
-REFRESH = 0.2
+PATIENCE = 4
+MOST_PATIENCE = 20
+BAND_PER_ITERATION = 45
+PAIRS = 8
+CURVATURE = 1e-12
 SMALLEST_CUT = 2.0**-10
 
 OK = "ok"
@@ -35,6 +44,30 @@ class Balance(NamedTuple):
     tolerance: float
 
 
+class Factor:
+    """Steps (u,) for residuals (u,) from one factorisation and what the residual did since it was made."""
+
+    def __init__(self, solve: Solve):
+        self.solve = solve
+        self.pairs: deque[tuple[np.ndarray, np.ndarray, float]] = deque(maxlen=PAIRS)
+
+    def __call__(self, residual: np.ndarray) -> np.ndarray:
+        rest, weights = residual.copy(), []
+        for step, change, inverse in reversed(self.pairs):
+            weights.append(inverse * (step @ rest))
+            rest -= weights[-1] * change
+        move = self.solve(rest)
+        for (step, change, inverse), weight in zip(self.pairs, reversed(weights), strict=True):
+            move += (weight - inverse * (change @ move)) * step
+        return move
+
+    def learn(self, step: np.ndarray, change: np.ndarray) -> None:
+        """Remember that `step` took `change` off the residual, unless the curvature is not positive."""
+        curvature = float(step @ change)
+        if curvature > CURVATURE * math.sqrt(float(step @ step) * float(change @ change)):
+            self.pairs.append((step, change, 1 / curvature))
+
+
 class Correction(NamedTuple):
     """Where Newton ended: q (3 v,), status, iterations, factorisations, and the factor it used last."""
 
@@ -42,7 +75,7 @@ class Correction(NamedTuple):
     status: str
     iterations: int
     factorisations: int
-    factor: Solve | None
+    factor: Factor | None
 
 
 def correct(
@@ -51,15 +84,19 @@ def correct(
     q: np.ndarray,
     balance: Callable[[np.ndarray], Balance],
     jacobian: Callable[[np.ndarray], np.ndarray],
-    factor: Solve | None = None,
+    factor: Factor | None = None,
     reuse: bool = False,
+    least: int = 0,
 ) -> Correction:
     """Solve balance(q).residual = 0 from q.
 
     balance: residual = loads - what resists. jacobian(q): values (nnz,) of minus its derivative.
-    reuse: keep a factorisation, also the one handed over, as long as each iteration with it divides
-    the residual by 1 / REFRESH at least; otherwise every iteration has its own.
+    least: iterations that are made at least.
+    reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
+    ones would follow: more than PATIENCE, or where the band is wide, and a factorisation dear, one for each
+    BAND_PER_ITERATION of it up to MOST_PATIENCE. Otherwise every iteration has its own.
     """
+    patience = max(PATIENCE, min(MOST_PATIENCE, solver.bandwidth / BAND_PER_ITERATION))
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
     residual, tolerance = balance(q)
@@ -69,24 +106,32 @@ def correct(
     def ended(status: str) -> Correction:
         return Correction(q, status, iterations, factorisations, factor)
 
-    while not (norm <= tolerance and np.isfinite(norm)):
+    while iterations < least or not norm <= tolerance:
         if not np.isfinite(norm):
             return ended(NOT_FINITE)
         if iterations == (OLD_LIMIT if reuse else FULL_LIMIT):
             return ended(DIVERGED)
         if factor is None:
             try:
-                factor = solver.factorise(jacobian(q))
+                factor = Factor(solver.factorise(jacobian(q)))
             except SingularMatrix:
                 return ended(SINGULAR)
             factorisations += 1
-        q[free] += factor(residual)
+        step = factor(residual)
+        q[free] += step
         iterations += 1
+        before, last = residual, norm
         residual, tolerance = balance(q)
-        last, norm = norm, system.norm(residual)
-        if not reuse or not norm <= REFRESH * last:
+        norm = system.norm(residual)
+        factor.learn(step, before - residual)
+        if not reuse or _too_slow(norm, last, tolerance, patience):
             factor = None
     return ended(INVERTED if system.is_inverted(q) else OK)
+
+
+def _too_slow(norm: float, last: float, tolerance: float, patience: float) -> bool:
+    """Whether a residual that has come from `last` to `norm` needs more than `patience` iterations like that."""
+    return not norm < last or math.log(tolerance / norm) < patience * math.log(norm / last)
 
 
 class Path(NamedTuple):
@@ -104,18 +149,20 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     """Follow the static equilibrium from q at t to `until` by load steps.
 
     A step that fails is halved, down to SMALLEST_CUT of the given one; after a success it doubles
-    again up to that. The status is that of the last failure where the path could not be followed.
+    again up to that. The status is that of the last failure where the path could not be followed. Where loads change
+    one iteration is made at least: one below round-off of the internal force still has its displacement.
     """
     cut, work, steps, iterations = 1.0, 0.0, 0, 0
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
         balance, tangent = _statics(system, target)
-        found = correct(system, solver, q, balance, tangent)
+        before = system.loads_total(t) + system.moments_total(q, t)
+        after = system.loads_total(target) + system.moments_total(q, target)
+        found = correct(system, solver, q, balance, tangent, least=int(np.any(before != after)))
         iterations += found.iterations
         if found.status == OK:
-            loads = system.loads_total(t) + system.moments_total(q, t)
-            loads += system.loads_total(target) + system.moments_total(found.q, target)
+            loads = before + system.loads_total(target) + system.moments_total(found.q, target)
             work += float(loads @ (found.q - q)) / 2
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:

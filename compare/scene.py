@@ -166,6 +166,16 @@ class Analysis(Part):
     every: Positive = 1.0
 
 
+class Modes(Part):
+    """Natural frequencies of small vibrations about the undeformed plate: the `count` lowest elastic ones.
+
+    Rigid motions that the supports leave free have the frequency 0 and are not among them.
+    """
+
+    kind: Literal["modes"]
+    count: Count
+
+
 class AncfLevel(Part):
     """One resolution of the ANCF solver.
 
@@ -176,7 +186,7 @@ class AncfLevel(Part):
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
-    time_step: seconds, or the increment of the load parameter in statics.
+    time_step: seconds, or the increment of the load parameter in statics; modes have none.
     """
 
     mesh: Annotated[tuple[Count, Count], Pair]
@@ -186,12 +196,12 @@ class AncfLevel(Part):
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
-    time_step: Positive
+    time_step: Positive | None = None
     budget: Budget = "standard"
 
 
 class ReferenceLevel(Part):
-    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s).
+    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s; modes have none).
 
     error_per_step: the displacement error (m) that a time step may add at any node. Where it is stated,
     time_step is the largest step, and a step of larger estimated error is repeated with a smaller one. In
@@ -200,7 +210,7 @@ class ReferenceLevel(Part):
 
     size: Positive
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
-    time_step: Positive
+    time_step: Positive | None = None
     error_per_step: Positive | None = None
     budget: Budget = "standard"
 
@@ -290,8 +300,8 @@ class Scene(Part):
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
     initial: Initial | None = None
-    probes: tuple[Probe, ...] = Field(min_length=1)
-    analysis: Analysis
+    probes: tuple[Probe, ...] = ()
+    analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
     ancf: Annotated[AncfLadder, Inherited] | None = None
     reference: Annotated[ReferenceLadder, Inherited] | None = None
     published: Published | None = None

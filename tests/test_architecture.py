@@ -22,6 +22,7 @@ ANCF_ORDER = (
     "mesh",
     "layer",
     "material",
+    "free_edge",
     "enhanced",
     "element",
     "quadratic_form",
@@ -35,6 +36,7 @@ ANCF_ORDER = (
     "linear_solver",
     "newton",
     "integrate",
+    "modes",
     "outline",
     "run",
 )

@@ -6,7 +6,7 @@ import pytest
 from ancf.functional import mean_over_edge, value_at
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import spread
-from ancf.newton import DIVERGED, INVERTED, NOT_FINITE, OK, SINGULAR, equilibrium
+from ancf.newton import DIVERGED, INVERTED, NOT_FINITE, OK, SINGULAR, Factor, equilibrium
 from ancf.supports import clamp
 from ancf.system import system
 
@@ -45,6 +45,19 @@ def test_small_load_is_the_linear_solution(make_body):
     path = follow(acting, step=1.0)
     assert path.status == OK
     np.testing.assert_allclose(path.q - rest, u, atol=1e-5 * np.abs(u).max())
+
+
+def test_a_load_below_round_off_of_the_internal_force_has_its_displacement(make_body):
+    """Round-off of the residual bounds no displacement: a tenth of it still moves the tip, to 1e-16 m."""
+    floor = pulled(make_body, (0, 0, 0)).force_floor(make_body().mesh.vectors.ravel())
+    ends = []
+    for force in (1e-4, 0.1 * floor):
+        acting = pulled(make_body, (0, 0, -force))
+        path = follow(acting, step=1.0)
+        assert path.status == OK
+        tip = value_at(acting.body.mesh, 1.2, 0.6, 0.0) @ (path.q - acting.body.mesh.vectors.ravel()).reshape(-1, 3)
+        ends.append(tip[2] / force)
+    assert ends[1] == pytest.approx(ends[0], abs=2e-16 / (0.1 * floor) + 1e-3 * abs(ends[0]))
 
 
 def test_result_does_not_depend_on_the_load_steps(make_body):
@@ -133,3 +146,25 @@ def test_band_is_as_narrow_as_the_shorter_side(make_body, element, nx, ny):
     nodes = min(nx, ny) + 1
     line, first, last = (7 * nodes - 1, 7, 5) if element == "enriched" else (4 * nodes, 4, 4)
     assert LinearSolver(acting.assembly.pattern).bandwidth == 3 * (line + first + last) - 1
+
+
+def test_a_factor_learns_what_a_step_did():
+    """BFGS truths: the last step's change of the residual leads back to that step, and the corrected inverse stays
+    symmetric and positive. The round-off is that of an 8 x 8 inverse of condition 100."""
+    rng = np.random.default_rng(0)
+    root = rng.standard_normal((8, 8))
+    stiffness = root @ root.T + np.eye(8)
+    factor = Factor(lambda residual: residual / 20.0)
+    for step in rng.standard_normal((4, 8)):
+        factor.learn(step, stiffness @ step)
+        np.testing.assert_allclose(factor(stiffness @ step), step, rtol=1e-10, atol=1e-12)
+    inverse = np.array([factor(unit) for unit in np.eye(8)])
+    np.testing.assert_allclose(inverse, inverse.T, atol=1e-12 * np.abs(inverse).max())
+    assert np.linalg.eigvalsh(inverse).min() > 0
+
+
+def test_a_factor_learns_nothing_from_a_step_without_curvature():
+    step = np.random.default_rng(0).standard_normal(8)
+    factor = Factor(lambda residual: residual)
+    factor.learn(step, -step)
+    np.testing.assert_array_equal(factor(step), step)

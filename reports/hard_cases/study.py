@@ -29,6 +29,7 @@ CHAPTERS: tuple[str, ...] = (
     "benchmarks",
     "shells",
     "frequencies",
+    "grooves",
 )
 OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"

@@ -1,5 +1,11 @@
 """Equilibrium: Newton's method with a stated tolerance and named failures.
 
+Where a time step turns far and leaves Newton's method lost, `approach` starts it closer. Its tangent and residual
+leave out the stress that the part quadratic in an iteration's step has brought: the stretch of what turned along a
+tangent, which exceeds everything else by far (Magisano, Leonetti, Garcea, IJNME 2017, "mixed integration points").
+On the cantilever at a hundred times its load, steps of 0.25 s are then cut into 5 instead of 35. In statics it saved
+no load step in any case tried.
+
 A residual has converged when its size in newtons (gradients divided by their lengths, see `System`)
 is at most TOLERANCE times the largest of the forces that balance in it, or round-off of the internal
 force of the undeformed plate and of the inertia.
@@ -12,6 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ancf.element import Terms
 from ancf.linear_solver import LinearSolver, SingularMatrix, Solve
 from ancf.system import System
 
@@ -19,6 +26,8 @@ TOLERANCE = 1e-9
 FULL_LIMIT = 40
 OLD_LIMIT = 80
 REFRESH = 0.2
+NEAR_LIMIT = 20
+CLOSE = 1e-2
 SMALLEST_CUT = 2.0**-10
 
 OK = "ok"
@@ -35,6 +44,17 @@ class Balance(NamedTuple):
     tolerance: float
 
 
+class Problem(NamedTuple):
+    """An equilibrium to be found: balance(q, more), residual = loads - what resists, and jacobian(q, more),
+    values (nnz,) of minus its derivative. more: what the stress has beyond that of q, see `System.force_internal`;
+    the part quadratic in a step (3 v,) enters it with the factor `quadratic`.
+    """
+
+    balance: Callable[[np.ndarray, Terms], Balance]
+    jacobian: Callable[[np.ndarray, Terms], np.ndarray]
+    quadratic: float = 1.0
+
+
 class Correction(NamedTuple):
     """Where Newton ended: q (3 v,), status, iterations, factorisations, and the factor it used last."""
 
@@ -49,20 +69,18 @@ def correct(
     system: System,
     solver: LinearSolver,
     q: np.ndarray,
-    balance: Callable[[np.ndarray], Balance],
-    jacobian: Callable[[np.ndarray], np.ndarray],
+    problem: Problem,
     factor: Solve | None = None,
     reuse: bool = False,
 ) -> Correction:
     """Solve balance(q).residual = 0 from q.
 
-    balance: residual = loads - what resists. jacobian(q): values (nnz,) of minus its derivative.
     reuse: keep a factorisation, also the one handed over, as long as each iteration with it divides
     the residual by 1 / REFRESH at least; otherwise every iteration has its own.
     """
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
-    residual, tolerance = balance(q)
+    residual, tolerance = problem.balance(q, ())
     norm = system.norm(residual)
     factor = factor if reuse else None
 
@@ -76,17 +94,52 @@ def correct(
             return ended(DIVERGED)
         if factor is None:
             try:
-                factor = solver.factorise(jacobian(q))
+                factor = solver.factorise(problem.jacobian(q, ()))
             except SingularMatrix:
                 return ended(SINGULAR)
             factorisations += 1
         q[free] += factor(residual)
         iterations += 1
-        residual, tolerance = balance(q)
+        residual, tolerance = problem.balance(q, ())
         last, norm = norm, system.norm(residual)
         if not reuse or not norm <= REFRESH * last:
             factor = None
     return ended(INVERTED if system.is_inverted(q) else OK)
+
+
+def approach(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:
+    """A point near the equilibrium, from q; ok where a step of Newton's method was CLOSE to none."""
+    start, free, more, factor = q, system.assembly.free, (), None
+    for count in range(1, NEAR_LIMIT + 1):
+        try:
+            factor = solver.factorise(problem.jacobian(q, more))
+        except SingularMatrix:
+            return Correction(q, SINGULAR, count, count - 1, None)
+        change = np.zeros_like(q)
+        change[free] = factor(problem.balance(q, more).residual)
+        q, more = q + change, ((-problem.quadratic, change),)
+        size = float(np.abs(change).max())
+        if not np.isfinite(size):
+            return Correction(q, NOT_FINITE, count, count, None)
+        if size <= CLOSE * float(np.abs(q - start).max()):
+            return Correction(q, OK, count, count, factor)
+    return Correction(q, DIVERGED, NEAR_LIMIT, NEAR_LIMIT, None)
+
+
+def correct_from_afar(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:
+    """`correct`, reusing factorisations, from what `approach` reaches from q."""
+    near = approach(system, solver, q, problem)
+    if near.status != OK:
+        return near
+    return plus(near, correct(system, solver, near.q, problem, near.factor, reuse=True))
+
+
+def plus(before: Correction, found: Correction) -> Correction:
+    """What was found, with the work spent before."""
+    return found._replace(
+        iterations=before.iterations + found.iterations,
+        factorisations=before.factorisations + found.factorisations,
+    )
 
 
 class Path(NamedTuple):
@@ -110,7 +163,7 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        found = correct(system, solver, q, _statics(system, target), system.tangent)
+        found = correct(system, solver, q, _statics(system, target))
         iterations += found.iterations
         if found.status == OK:
             work += float((system.loads_total(t) + system.loads_total(target)) @ (found.q - q)) / 2
@@ -122,14 +175,14 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     return Path(until, q, work, OK, steps, iterations)
 
 
-def _statics(system: System, t: float) -> Callable[[np.ndarray], Balance]:
+def _statics(system: System, t: float) -> Problem:
     """F(t) - f(q)."""
     external = system.force_external(t)
     size = system.norm(external)
 
-    def balance(q: np.ndarray) -> Balance:
-        internal = system.force_internal(q)
+    def balance(q: np.ndarray, more: Terms) -> Balance:
+        internal = system.force_internal(q, more)
         tolerance = max(TOLERANCE * max(size, system.norm(internal)), system.force_floor(q))
         return Balance(external - internal, tolerance)
 
-    return balance
+    return Problem(balance, system.tangent)

@@ -258,8 +258,7 @@ class ReferenceLevel(Part):
     """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s).
 
     error_per_step: the displacement error (m) that a time step may add at any node. Where it is stated,
-    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one. In
-    statics, whose answer has no such error, stating it lets the load steps follow the iterations they need.
+    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one.
     """
 
     size: Positive

@@ -124,12 +124,20 @@ def _times(scene: Scene) -> Iterator[str]:
     until, every = scene.analysis.until, scene.analysis.every
     if not _is_multiple(until, every):
         yield f"analysis.until = {until:g}: not a whole multiple of analysis.every = {every:g}"
+    if scene.analysis.kind == "static":
+        yield from _estimated_statics(scene)
     steps = {}  # of the levels with one time step the first is named
     for key, level in _levels(scene):
         steps.setdefault((key.split(".levels")[0], level.time_step), key)
     for (_, step), key in steps.items():
         if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
+
+
+def _estimated_statics(scene: Scene) -> Iterator[str]:
+    for key, level in _levels(scene):
+        if getattr(level, "error_per_step", None):
+            yield f"{key}.error_per_step = {level.error_per_step:g}: statics adds no error per step; leave this out"
 
 
 def _is_multiple(value: float, unit: float) -> bool:

@@ -267,6 +267,10 @@ REST = {
         {"reference.time_step": 0.04, "reference.error_per_step": 1e-5},
         "reference.levels.0.time_step = 0.04: analysis.every = 0.02",
     ),
+    "allowed error in statics": (
+        {"analysis.kind": "static", "reference.error_per_step": 1e-5},
+        "reference.levels.0.error_per_step = 1e-05: statics adds no error per step",
+    ),
     "no allowed error": ({"reference.error_per_step": 0.0}, "reference.error_per_step = 0.0: must be greater than 0"),
     "time step of the sensitivity": (
         {"sensitivity.ancf.time_step": 0.015},

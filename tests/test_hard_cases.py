@@ -1,0 +1,107 @@
+"""The hard cases' frame: what a case is worth, what a failed unit does, what the page and the gate see of it."""
+
+import json
+import math
+import sys
+from types import SimpleNamespace
+
+import pytest
+
+from compare import gate
+from reports.hard_cases import study
+from reports.hard_cases.chapter import Asked, Case, Chapter, case_table
+
+CASE = dict(name="strip", solver="ancf", level="4x4", unit="m", against="exact: a line")
+
+
+@pytest.mark.parametrize(
+    ("value", "expected", "allowed", "met"),
+    [
+        (1.009, 1.0, 1.0, True),
+        (-1.009, -1.0, 1.0, True),
+        (1.011, 1.0, 1.0, False),
+        (5.0, 1.0, None, None),
+        (None, 1.0, 1.0, False),
+        (math.nan, 1.0, 1.0, False),
+        (math.nan, 1.0, None, False),
+        (1.0, None, 1.0, False),
+    ],
+)
+def test_a_case_is_met_within_its_tolerance_and_a_missing_number_never(value, expected, allowed, met):
+    assert Case(**CASE, value=value, expected=expected, allowed=allowed).met is met
+
+
+def test_a_failure_is_met_only_where_failing_is_what_the_case_shows():
+    failed = dict(CASE, value=None, expected=1.0, allowed=1.0, status="newton_diverged")
+    assert Case(**failed).met is False
+    assert Case(**failed, may_fail=True).met is True
+    assert Case(**dict(failed, value=math.nan, status="ok"), may_fail=True).met is False
+
+
+def test_the_table_leaves_out_columns_that_no_case_fills():
+    table = case_table("Strips", [Case(**CASE, value=1.0)])
+    keys = [column.key for column in table.columns]
+    assert "value" in keys and "expected" not in keys and "margin" not in keys
+
+
+def unit_line(slope):
+    """A unit of the made-up chapter."""
+    return {"value": 2.0 * slope}
+
+
+def present(outcomes):
+    cases = [
+        Case(**dict(CASE, name=f"slope {o.asked.arguments['slope']}", status=o.measured.status), value=o.get("value"))
+        for o in outcomes
+    ]
+    return Chapter(cases, [], [case_table("Lines", cases)])
+
+
+@pytest.fixture
+def line(monkeypatch):
+    """A chapter of two units, one of which fails; units run here instead of in processes."""
+    from reports.unit import Measured
+
+    def measure(name, **arguments):
+        if isinstance(arguments["slope"], str):
+            return Measured(name, arguments, "failed: not a number")
+        return Measured(name, arguments, "ok", unit_line(**arguments))
+
+    asked = [Asked("hard_cases.line.unit_line", {"slope": slope}) for slope in (3.0, "steep")]
+    monkeypatch.setitem(
+        sys.modules,
+        "reports.hard_cases.line",
+        SimpleNamespace(TITLE="Lines", units=lambda budget: asked, present=present),
+    )
+    monkeypatch.setattr(study, "measure", measure)
+    return study.run(["line"], "quick")
+
+
+def test_a_failed_unit_is_a_row_with_its_name_and_loses_nothing(line, tmp_path):
+    assert [case.value for case in line["line"].cases] == [6.0, None]
+    page = study.publish(line, "quick", tmp_path)
+    content = json.loads(page.with_suffix(".json").read_text(encoding="utf-8"))
+    assert content["figures"]["benchmarks_failed"] == {"value": 1, "unit": "", "bar": 0, "met": False}
+    assert "failed: not a number" in content["notes"]["benchmarks_failed"]["note"]
+    assert [row["verdict"] for row in content["rows"]] == ["shown", "missed"]
+    assert "failed: not a number" in page.read_text(encoding="utf-8")
+
+
+def test_the_gate_knows_a_case_by_chapter_name_solver_and_level(line, tmp_path):
+    rows = [row for row in study.gate_rows(line) if row["status"] == "ok"]
+    baseline = gate.accept(rows, "made up", "hard_cases", tmp_path / "hard_cases.json")
+    assert gate.check(rows, baseline).passed
+    moved = [{**row, "value": row["value"] * 1.001} for row in rows]
+    verdict = gate.check(moved, baseline)
+    assert not verdict.passed and "line: slope 3.0" in verdict.margins[0].row
+
+
+@pytest.mark.parametrize("name", study.CHAPTERS)
+def test_every_chapter_says_what_it_asks_at_each_budget(name):
+    part = study.chapter(name)
+    asked = {budget: part.units(budget) for budget in ("quick", "standard", "full")}
+    assert part.TITLE and 0 < len(asked["quick"]) <= len(asked["standard"]) <= len(asked["full"])
+    for unit in asked["full"]:
+        module, _, function = unit.name.rpartition(".")
+        assert module == f"hard_cases.{name}" and callable(getattr(part, function))
+        json.dumps(unit.arguments)

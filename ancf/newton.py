@@ -176,13 +176,12 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
 
 
 def _statics(system: System, t: float) -> Problem:
-    """F(t) - f(q)."""
     external = system.force_external(t)
-    size = system.norm(external)
+    return Problem(lambda q, more: static_balance(system, external, q, more), system.tangent)
 
-    def balance(q: np.ndarray, more: Terms) -> Balance:
-        internal = system.force_internal(q, more)
-        tolerance = max(TOLERANCE * max(size, system.norm(internal)), system.force_floor(q))
-        return Balance(external - internal, tolerance)
 
-    return Problem(balance, system.tangent)
+def static_balance(system: System, external: np.ndarray, q: np.ndarray, more: Terms = ()) -> Balance:
+    """F - f(q) of dead loads F (u,)."""
+    internal = system.force_internal(q, more)
+    size = max(system.norm(external), system.norm(internal))
+    return Balance(external - internal, max(TOLERANCE * size, system.force_floor(q)))

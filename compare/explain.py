@@ -47,7 +47,8 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     if scene.initial is not None:
         turn = f"{_vector(scene.initial.velocity)} m/s, turning at {_vector(scene.initial.angular_velocity)} rad/s"
         found.append(("initial velocity", turn))
-    found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}"))
+    way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
+    found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
 
 

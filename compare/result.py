@@ -47,6 +47,8 @@ class Result:
     its mean); displacement (t, p, 3). energies: kind -> (t,), for example "kinetic", "strain",
     "external" (work done by the loads). status: "ok", or the name of the failure; then the arrays
     end at the last time that was reached. facts: further scalars worth a look, for example volume.
+    load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
+    the length of the path, in units of the linear response to a load parameter of 1.
     """
 
     scene: dict[str, Any]
@@ -69,6 +71,7 @@ class Result:
     newton_iterations: int = 0
     facts: dict[str, float] = field(default_factory=dict)
     outline: Outline | None = None
+    load_parameter: np.ndarray | None = None
 
     def position(self, probe: str) -> np.ndarray:
         """Path of a probe (t, 3) in m."""
@@ -77,15 +80,18 @@ class Result:
 
 
 ARRAYS = ("times", "probe_position", "displacement")
+PATH = "load_parameter"
 OUTLINE = ("points", "displacement", "triangles", "edges")
 
 
 def save(result: Result, path: Path) -> None:
     """Write a result to `path` (.npz) in one atomic step: a killed run leaves the old file or none."""
-    header = {key: value for key, value in vars(result).items() if key not in (*ARRAYS, "energies", "outline")}
+    header = {key: value for key, value in vars(result).items() if key not in (*ARRAYS, PATH, "energies", "outline")}
     header = {"schema": SCHEMA, **header}
     arrays = {name: getattr(result, name) for name in ARRAYS}
     arrays |= {f"energy.{kind}": values for kind, values in result.energies.items()}
+    if result.load_parameter is not None:
+        arrays[PATH] = result.load_parameter
     if result.outline is not None:
         arrays |= {f"outline.{name}": getattr(result.outline, name) for name in OUTLINE}
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -109,4 +115,5 @@ def load(path: Path) -> Result:
     energies = {name.removeprefix("energy."): arrays[name] for name in arrays if name.startswith("energy.")}
     drawn = {name: arrays[f"outline.{name}"] for name in OUTLINE if f"outline.{name}" in arrays}
     outline = Outline(**drawn) if drawn else None
-    return Result(**header, **{name: arrays[name] for name in ARRAYS}, energies=energies, outline=outline)
+    own = {name: arrays[name] for name in (*ARRAYS, PATH) if name in arrays}
+    return Result(**header, **own, energies=energies, outline=outline)

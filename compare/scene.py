@@ -227,10 +227,12 @@ def _has(value: Any, key: str) -> bool:
 class Analysis(Part):
     """Dynamics over time, or statics where time is only the parameter of the load histories.
 
-    Output at t = 0, every, 2 every, ... until (s).
+    Output at t = 0, every, 2 every, ... until (s). follow = "arc-length": statics whose load parameter may fall and
+    rise again, as where a shell snaps through; output at every step up to the first equilibrium at t = until.
     """
 
     kind: Literal["dynamic", "static"]
+    follow: Literal["load", "arc-length"] = "load"
     until: Positive = 1.0
     every: Positive = 1.0
 
@@ -242,7 +244,8 @@ class AncfLevel(Part):
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
     element: the paper's "conforming" one or the "enriched" one, which does not lock.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
-    time_step: seconds, or the increment of the load parameter in statics.
+    time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
+    than the linear response to that increment.
     """
 
     mesh: Annotated[tuple[Count, Count], Pair]

@@ -31,6 +31,7 @@ ANCF_ORDER = (
     "system",
     "linear_solver",
     "newton",
+    "path",
     "integrate",
     "outline",
     "run",

@@ -6,6 +6,7 @@ their lower triangle, column by column (the CSC layout).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,12 +82,27 @@ class Assembly:
         return data
 
 
-def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray) -> Assembly:
-    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed."""
+def couple(sums: Assembly, row: np.ndarray, block: np.ndarray, data: np.ndarray) -> None:
+    """Add block (3, 3) x row_i row_j, symmetric, to the values (nnz,); row (v,) is zero beside a set `coupled`."""
+    own = np.flatnonzero(row)
+    unknown = sums.unknown_of.reshape(-1, 3)[own].ravel()
+    values = np.kron(np.outer(row[own], row[own]), block)
+    column, line = np.broadcast_arrays(unknown, unknown[:, None])
+    lower = (column >= 0) & (line >= column)
+    pattern = sums.pattern
+    keys = np.repeat(np.arange(pattern.n, dtype=np.int64), np.diff(pattern.indptr)) * pattern.n + pattern.indices
+    data[np.searchsorted(keys, column[lower] * pattern.n + line[lower])] += values[lower]
+
+
+def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray, coupled: Sequence[np.ndarray] = ()) -> Assembly:
+    """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed.
+
+    coupled: sets of nodal vectors that a load couples, each with each.
+    """
     free = np.flatnonzero(~held)
     unknown_of = np.full(3 * vectors, -1)
     unknown_of[free] = np.arange(len(free))
-    keys = _entries(connectivity, unknown_of)
+    keys = _entries(connectivity, unknown_of, coupled)
     n = len(free)
     pattern = Pattern(
         np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * n).astype(np.int32),
@@ -97,13 +113,15 @@ def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray) -> Assemb
     return Assembly(connectivity, unknown_of, free, pattern, targets)
 
 
-def _entries(connectivity: np.ndarray, unknown_of: np.ndarray) -> np.ndarray:
+def _entries(connectivity: np.ndarray, unknown_of: np.ndarray, coupled: Sequence[np.ndarray]) -> np.ndarray:
     """Sorted distinct keys column n + row of the entries with row >= column."""
     n = int(unknown_of.max()) + 1
     vectors = len(unknown_of) // 3
     pair = pairs(connectivity.shape[1])
     one, other = connectivity[:, pair.first].astype(np.int64), connectivity[:, pair.second]
-    both = np.sort(np.minimum(one, other) * vectors + np.maximum(one, other), axis=None)
+    both = (np.minimum(one, other) * vectors + np.maximum(one, other)).ravel()
+    more = [(np.sort(group)[:, None] * vectors + np.sort(group))[np.triu_indices(len(group))] for group in coupled]
+    both = np.sort(np.concatenate([both, *more]))
     both = both[np.diff(both, prepend=-1) > 0]
     first, second = both // vectors, both % vectors
     u = unknown_of.reshape(-1, 3)

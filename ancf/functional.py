@@ -13,10 +13,11 @@ import scipy.sparse as sp
 
 from ancf.element import integrand
 from ancf.mesh import Mesh
-from ancf.quadrature import Rule, gauss
+from ancf.quadrature import Rule, gauss, onto_cell, tensor
 from ancf.subdomain import Band, division, element_rule, thickness_range
 
 POINTS = (5, 5, 3)
+ROUND_OFF = 1e-12
 
 
 def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.csr_matrix:
@@ -66,15 +67,47 @@ def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region
 
 def mean_over_edge(mesh: Mesh, bands: Sequence[Band], thickness: float, edge: str) -> np.ndarray:
     """Row (v,) of the mean position over the material face of the edge x0, x1, y0 or y1."""
+    row, area = _over_edge(mesh, bands, thickness, edge, 0)
+    return row / area
+
+
+def slope_through_edge(mesh: Mesh, bands: Sequence[Band], thickness: float, edge: str) -> np.ndarray:
+    """Row (v,) of the mean slope of the position along z over the face of an edge: its director.
+
+    Integral of (z - z0) r over that of (z - z0)^2, z0 the face's mean z: the slope of the best straight line.
+    """
+    (row, area), (row_z, first), (_, second) = (_over_edge(mesh, bands, thickness, edge, power) for power in range(3))
+    centre = first / area
+    slope = (row_z - centre * row) / (second - centre * first)
+    slope[np.abs(slope) < ROUND_OFF * np.abs(slope).max()] = 0.0
+    return slope
+
+
+def _over_edge(mesh: Mesh, bands, thickness: float, edge: str, power: int) -> tuple[np.ndarray, float]:
+    """Integrals of z^power S as a row (v,) and of z^power over the material face of an edge, by area."""
     axis = "xy".index(edge[0])
     at = (mesh.x_lines, mesh.y_lines)[axis][0 if edge[1] == "0" else -1]
-    row, area = np.zeros(len(mesh.vectors)), 0.0
+    row, total = np.zeros(len(mesh.vectors)), 0.0
     for e, cell in enumerate(mesh.cells):
         if at in cell[axis]:
-            piece, amount = _area_row(mesh, e, _face_rule(cell, bands, thickness, axis, float(at)), axis)
+            rule = _face_rule(cell, bands, thickness, axis, float(at))
+            piece, amount = _area_row(mesh, e, rule, axis, rule.points[:, 2] ** power)
             row += piece
-            area += amount
-    return row / area
+            total += amount
+    return row, total
+
+
+def pressure_on_face(mesh: Mesh, thickness: float, face: int) -> np.ndarray:
+    """Integral (v, 3) of S times the inward normal over the face z = face thickness / 2, by area, face = -1 or 1."""
+    row, rule = np.zeros((len(mesh.vectors), 3)), tensor(gauss(POINTS[0]), gauss(POINTS[1]))
+    for e, cell in enumerate(mesh.cells):
+        (x0, x1), (y0, y1) = cell
+        own = onto_cell(rule, cell)
+        points = np.column_stack([own.points - (x0, y0), np.full(len(own.weights), face * thickness / 2)])
+        S, S_p = mesh.shape.evaluate(points, (x1 - x0, y1 - y0))
+        J = np.einsum("ic,qip->qpc", mesh.element_vectors[e], S_p)
+        np.add.at(row, mesh.connectivity[e], -face * S.T @ (own.weights[:, None] * np.cross(J[:, 0], J[:, 1])))
+    return row
 
 
 def _face_rule(cell, bands, thickness: float, axis: int, at: float) -> Rule:
@@ -100,12 +133,12 @@ def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
     return row, float(part.volume.sum())
 
 
-def _area_row(mesh: Mesh, e: int, rule: Rule, axis: int) -> tuple[np.ndarray, float]:
-    """Integral of the shape functions over a face of element e that holds `axis` constant (v,), and its area."""
+def _area_row(mesh: Mesh, e: int, rule: Rule, axis: int, weight: np.ndarray) -> tuple[np.ndarray, float]:
+    """Integrals of weight (q,) x S as a row (v,) and of the weight over a face of element e with constant `axis`."""
     (x0, x1), (y0, y1) = mesh.cells[e]
     S, S_p = mesh.shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
     J = np.einsum("ic,qip->qpc", mesh.vectors[mesh.connectivity[e]], S_p)
-    weights = rule.weights * np.linalg.norm(np.cross(J[:, 1 - axis], J[:, 2]), axis=1)
+    weights = weight * rule.weights * np.linalg.norm(np.cross(J[:, 1 - axis], J[:, 2]), axis=1)
     row = np.zeros(len(mesh.vectors))
     row[mesh.connectivity[e]] = weights @ S
     return row, float(weights.sum())

@@ -166,7 +166,9 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
         found = correct(system, solver, q, _statics(system, target))
         iterations += found.iterations
         if found.status == OK:
-            work += float((system.loads_total(t) + system.loads_total(target)) @ (found.q - q)) / 2
+            loads = system.loads_total(t) + system.moments_total(q, t)
+            loads += system.loads_total(target) + system.moments_total(found.q, target)
+            work += float(loads @ (found.q - q)) / 2
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:
             cut /= 2
@@ -176,12 +178,17 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
 
 
 def _statics(system: System, t: float) -> Problem:
-    external = system.force_external(t)
-    return Problem(lambda q, more: static_balance(system, external, q, more), system.tangent)
+    """F(q, t) - f(q), and minus its derivative."""
+    dead = system.loads_total(t)
+
+    def balance(q: np.ndarray, more: Terms) -> Balance:
+        return static_balance(system, dead + system.moments_total(q, t), q)
+
+    return Problem(balance, lambda q, more: system.tangent_static(q, t))
 
 
-def static_balance(system: System, external: np.ndarray, q: np.ndarray, more: Terms = ()) -> Balance:
-    """F - f(q) of dead loads F (u,)."""
-    internal = system.force_internal(q, more)
+def static_balance(system: System, loads: np.ndarray, q: np.ndarray) -> Balance:
+    """F - f(q) of the loads F (3 v,)."""
+    external, internal = loads[system.assembly.free], system.force_internal(q)
     size = max(system.norm(external), system.norm(internal))
     return Balance(external - internal, max(TOLERANCE * size, system.force_floor(q)))

@@ -69,7 +69,7 @@ class _Track:
 
     def balance(self, q: np.ndarray, t: float) -> Balance:
         """Residual at q and t."""
-        return static_balance(self.system, (self.start + t * self.growth)[self.system.assembly.free], q)
+        return static_balance(self.system, self.start + t * self.growth, q)
 
     def response(self, q: np.ndarray, residual: np.ndarray | None = None) -> tuple[np.ndarray, ...]:
         """Displacements (3 v,) of the tangent at q under growth, and under a residual (u,). Raises SingularMatrix."""

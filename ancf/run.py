@@ -4,7 +4,9 @@ Readings chosen here
 - Point load: spread over the material line through the thickness; edge and patch loads uniform over
   the kept area or volume.
 - Clamp "all": every nodal vector of the nodes and edges on it. "tangential": r, r_z (d_e) and the
-  gradient along the edge.
+  gradient along the edge. A hold does so for its components, over the middle without r_z (d_e); a plane of
+  symmetry for its normal, and keeps the gradient out of the edge along the normal.
+- A moment acts on the edge's mean slope through the thickness, so on r_z and d_e alone.
 - An initial angular velocity turns about the origin of space: v = velocity + angular_velocity x r.
 - The time step is the largest that divides the time between two outputs and is not longer than the level's.
 - The global rule (Eq. 7) also integrates the mass.
@@ -25,10 +27,17 @@ from itertools import chain, pairwise
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from ancf.functional import mean_over_edge, mean_over_region, mean_through_thickness, value_at
+from ancf.functional import (
+    mean_over_edge,
+    mean_over_region,
+    mean_through_thickness,
+    pressure_on_face,
+    slope_through_edge,
+    value_at,
+)
 from ancf.integrate import SCHEMES, advance, initial_state
 from ancf.linear_solver import LinearSolver, SingularMatrix
-from ancf.loads import Load, brought_up, gravity, spread
+from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
 from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
@@ -37,7 +46,7 @@ from ancf.outline import facets, positions
 from ancf.path import Point, follow
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
-from ancf.supports import clamp
+from ancf.supports import clamp, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import Body, System, body, distinct, expected_memory, system
 from compare.result import Outline, Result
 from compare.scene import AncfLevel, Scene
@@ -169,8 +178,10 @@ def build(scene: Scene, level: AncfLevel) -> Model:
     density = scene.material.density or 0.0
     plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
+    dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
     probes = np.stack([_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes])
-    return Model(mesh, bands, plate, system(plate, _held(scene, mesh), loads, scene.thickness), probes)
+    acting = system(plate, _held(scene, mesh), dead, scene.thickness, moments)
+    return Model(mesh, bands, plate, acting, probes)
 
 
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
@@ -186,8 +197,24 @@ def _held(scene: Scene, mesh: Mesh) -> np.ndarray:
     """Held components (3 v,)."""
     held = np.zeros(3 * len(mesh.vectors), dtype=bool)
     for support in scene.supports:
-        held |= clamp(mesh, support.edge, support.gradients)
+        held |= _support(support, mesh)
     return held
+
+
+def _support(support, mesh: Mesh) -> np.ndarray:
+    """Held components (3 v,) of one support."""
+    if support.kind == "clamp":
+        return clamp(mesh, support.edge, support.gradients)
+    if support.kind == "symmetry":
+        return symmetry(mesh, support.edge, "XYZ".index(support.normal))
+    components, face = ["XYZ".index(component) for component in support.components], support.over == "face"
+    if support.whole:
+        return hold_whole(mesh, components)
+    if support.over not in ("face", "middle"):
+        raise ValueError(f"a plate cannot hold the {support.over} of an edge apart from its face")
+    if support.edge is not None:
+        return hold_edge(mesh, support.edge, components, face)
+    return hold_corner(mesh, (int(support.corner[1]), int(support.corner[3])), components, face)
 
 
 def _bands(scene: Scene) -> tuple[Band, ...]:
@@ -205,9 +232,15 @@ def _band(band: SceneBand, sign: int) -> Band:
     return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
 
 
-def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load:
+def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment:
     if load.kind == "gravity":
         return gravity(plate.mass_row, load.acceleration, load.history)
+    if load.kind == "pressure":
+        row = pressure_on_face(mesh, thickness, -1 if load.face == "bottom" else 1)
+        return pressure(row, load.pressure, load.history)
+    if load.kind == "moment":
+        row = slope_through_edge(mesh, bands, thickness, load.edge)
+        return EdgeMoment(row, np.array(load.moment), tuple(load.history))
     if load.kind == "point":
         row = mean_through_thickness(mesh, bands, thickness, *load.at)
     elif load.kind == "edge":
@@ -250,8 +283,9 @@ def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -
 def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
     """System, range of its load parameter and load step that bring up the loads acting at t = 0."""
     acting = model.system
-    ramp = replace(acting, loads=tuple(brought_up(load, 0.0) for load in acting.loads))
-    return ramp, 0.0, float(any(load.factor(0.0) for load in acting.loads)), level.time_step / scene.analysis.until
+    dead, moments = (tuple(brought_up(load, 0.0) for load in loads) for loads in (acting.loads, acting.moments))
+    acts = any(load.factor(1.0) for load in dead + moments)
+    return replace(acting, loads=dead, moments=moments), 0.0, float(acts), level.time_step / scene.analysis.until
 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
@@ -356,8 +390,8 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     ]
     modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
     modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
-    modelled += [f"clamp of edge {support.edge}, gradients {support.gradients}" for support in scene.supports]
-    modelled += [f"{load.kind} load" for load in scene.loads]
+    modelled += [_support_words(support) for support in scene.supports]
+    modelled += [_load_words(load) for load in scene.loads]
     modelled += ["rigid initial velocity"] if scene.initial else []
     stated = {
         "grooves": scene.grooves,
@@ -381,6 +415,26 @@ def _marching_words(scene: Scene, level: AncfLevel) -> str:
             f"static equilibria by arc length, at most the linear response to {level.time_step:g} of the load at a time"
         )
     return f"static equilibrium by load steps of {level.time_step:g}"
+
+
+def _support_words(support) -> str:
+    """What a support holds."""
+    if support.kind == "clamp":
+        return f"clamp of edge {support.edge}, gradients {support.gradients}"
+    if support.kind == "symmetry":
+        return f"symmetry at edge {support.edge}, normal {support.normal}: the face stays in its plane"
+    place = f"edge {support.edge}" if support.edge else f"corner {support.corner}"
+    where = "in the whole plate" if support.whole else f"at {place}, over its {support.over}"
+    return f"hold of {', '.join(support.components)} {where}"
+
+
+def _load_words(load) -> str:
+    """What a load does."""
+    if load.kind == "pressure":
+        return f"pressure on the {load.face} face, dead"
+    if load.kind == "moment":
+        return f"moment on edge {load.edge} that turns with it"
+    return f"{load.kind} load"
 
 
 def _stiffened_bending(nu: float) -> list[str]:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, Pattern, assembly
+from ancf.assembly import Assembly, Pattern, assembly, couple
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
-from ancf.loads import Load
+from ancf.loads import EdgeMoment, Load
 from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
@@ -50,7 +50,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components and loads. q, v and a are components (3 v,); sums over unknowns are (u,).
+    """A body with held components, dead loads and moments; q, v, a are components (3 v,), sums over unknowns (u,).
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
@@ -62,6 +62,7 @@ class System:
     loads: tuple[Load, ...]
     mass_values: np.ndarray
     lengths: np.ndarray
+    moments: tuple[EdgeMoment, ...] = ()
 
     @property
     def unknowns(self) -> int:
@@ -84,6 +85,17 @@ class System:
         for load in self.loads:
             total += load.factor(t) * load.force
         return total
+
+    def moments_total(self, q: np.ndarray, t: float) -> np.ndarray:
+        """Moments that turn with their edges (3 v,) at time t."""
+        return sum((moment.force(q, t) for moment in self.moments), np.zeros_like(q))
+
+    def tangent_static(self, q: np.ndarray, t: float) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force less the loads at time t."""
+        data = self.tangent(q)
+        for moment in self.moments:
+            couple(self.assembly, moment.row, -moment.stiffness(q, t), data)
+        return data
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -206,14 +218,17 @@ def form_bytes(functions: int) -> int:
     return 8 * (2 * moving * all_pairs + pair.moving_crossed * pair.crossed)
 
 
-def system(plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float) -> System:
-    """The body with held components (3 v,) and loads."""
-    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held)
+def system(
+    plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float, moments: Sequence[EdgeMoment] = ()
+) -> System:
+    """The body with held components (3 v,), dead loads and moments."""
+    coupled = [np.flatnonzero(moment.row) for moment in moments]
+    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held, coupled)
     mesh = plate.mesh
     a, b = (np.ptp(lines) / (len(lines) - 1) for lines in (mesh.x_lines, mesh.y_lines))
     sides = {"r": 1.0, "r_x": a, "r_y": b, "r_xy": a * b, "r_z": thickness / 2, "d_e": thickness / 2}
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
-    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths)
+    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments))
 
 
 def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:

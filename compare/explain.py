@@ -32,7 +32,6 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     for kind, members in (("groove", scene.grooves), ("protrusion", scene.protrusions)):
         bands += [(f"{kind} {band.name}", _band(band)) for band in members]
     density = "" if material.density is None else f", density {material.density:g} kg/m³"
-    clamps = [f"{c.edge}, {'all nodal gradients' if c.gradients == 'all' else 'face only'}" for c in scene.supports]
     span = " and ".join(f"{axis} {_span(limits)}" for axis, limits in zip("xy", scene.surface.span, strict=True))
     flat = scene.surface.kind == "rectangle"
     unit = " m" if flat else " (NURBS parameters)"
@@ -41,7 +40,7 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
         ("plate", f"{'rectangle' if flat else 'NURBS patch'}, {span}{unit}, {scene.thickness:g} m thick"),
         *bands,
         ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
-        ("clamped edges", "; ".join(clamps) or "none"),
+        *_supports(scene),
         *[("load", _load(load, second)) for load in scene.loads],
     ]
     if scene.initial is not None:
@@ -52,6 +51,21 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
 
 
+def _supports(scene: Scene) -> list[tuple[str, str]]:
+    """Clamped edges always, as most plates have one; other supports where there are some."""
+    clamps = [c for c in scene.supports if c.kind == "clamp"]
+    words = [f"{c.edge}, {'all nodal gradients' if c.gradients == 'all' else 'face only'}" for c in clamps]
+    found = [("clamped edges", "; ".join(words) or "none")]
+    for support in scene.supports:
+        if support.kind == "hold":
+            place = support.edge or f"corner {support.corner}"
+            where = "the whole plate" if support.whole else f"{place}, over its {support.over}"
+            found.append(("held", f"{' '.join(support.components)} of {where}"))
+        elif support.kind == "symmetry":
+            found.append(("symmetry", f"{support.edge} in a plane of normal {support.normal}"))
+    return found
+
+
 def _band(band: Band) -> str:
     over = "y" if band.along == "x" else "x"
     shape = f"depth {band.depth:g} m" if band.profile is None else f"a NURBS profile of degree {band.profile.degree}"
@@ -60,12 +74,18 @@ def _band(band: Band) -> str:
 
 
 def _load(load: Load, second: str) -> str:
-    size = f"{_vector(load.acceleration)} m/s²" if load.kind == "gravity" else f"{_vector(load.force)} N"
+    size = {
+        "gravity": lambda: f"{_vector(load.acceleration)} m/s²",
+        "pressure": lambda: f"{load.pressure:g} Pa",
+        "moment": lambda: f"{_vector(load.moment)} N m",
+    }.get(load.kind, lambda: f"{_vector(load.force)} N")()
     place = {
         "point": lambda: f" at {_vector(load.at)}",
         "edge": lambda: f" on {load.edge}",
         "patch": lambda: f" on x {_span(load.region[0])}, y {_span(load.region[1])}",
         "gravity": lambda: "",
+        "pressure": lambda: f" into the {load.face} face, dead",
+        "moment": lambda: f" on {load.edge}, turning with it",
     }[load.kind]()
     history = load.history
     if len({factor for _, factor in history}) == 1:

@@ -17,43 +17,29 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, ValidationError
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from compare.scene_errors import SceneError, describe
+from compare.scene_parts import (
+    Count,
+    Interval,
+    Load,
+    Number,
+    Pair,
+    Part,
+    Positive,
+    Region,
+    Support,
+    Triple,
+    Vector,
+    exactly,
+)
 
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
 SHIPPED = Path(__file__).parent / "scenes"
 
 Budget = Literal["quick", "standard", "full"]
-Edge = Literal["x0", "x1", "y0", "y1"]
-
-
-def _exactly(count: int, what: str) -> BeforeValidator:
-    """Refuses a list of another length by saying how many entries it needs."""
-
-    def check(value: Any) -> Any:
-        if not isinstance(value, (list, tuple)) or len(value) != count:
-            raise ValueError(f"needs {count} {what}")
-        return tuple(value)
-
-    return BeforeValidator(check)
-
-
-Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]
-Count = Annotated[int, Field(strict=True, gt=0)]
-Pair = _exactly(2, "numbers")
-Triple = _exactly(3, "numbers")
-Interval = Annotated[tuple[Number, Number], Pair]
-Region = Annotated[tuple[Interval, Interval], _exactly(2, "intervals, [[x0, x1], [y0, y1]]")]
-Vector = Annotated[tuple[Number, Number, Number], Triple]
-
-
-class Part(BaseModel):
-    """A frozen piece of a scene that knows every key it may have."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class Rectangle(Part):
@@ -74,7 +60,7 @@ class NurbsPatch(Part):
 
     kind: Literal["nurbs"]
     degree: Annotated[tuple[Count, Count], Pair]
-    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], _exactly(2, "knot vectors")]
+    knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], exactly(2, "knot vectors")]
     control_points: tuple[tuple[Vector, ...], ...]
     weights: tuple[tuple[Positive, ...], ...] | None = None
 
@@ -133,61 +119,6 @@ class Material(Part):
     youngs_modulus: Positive
     poissons_ratio: Number = 0.0
     density: Positive | None = None
-
-
-class Clamp(Part):
-    """An edge whose cross-section is held.
-
-    gradients = "all": every nodal gradient is fixed too (the paper's clamp, all 12 coordinates).
-    gradients = "tangential": only what a Dirichlet condition on the face fixes; the gradient
-    normal to the edge stays free. A displacement-based solid reads both the same way.
-    """
-
-    kind: Literal["clamp"]
-    edge: Edge
-    gradients: Literal["all", "tangential"] = "tangential"
-
-
-History = tuple[Interval, ...]
-CONSTANT: History = ((0.0, 1.0),)
-
-
-class PointLoad(Part):
-    """Dead force (N) at (x, y), spread evenly over the line through the thickness there."""
-
-    kind: Literal["point"]
-    at: Interval
-    force: Vector
-    history: History = CONSTANT
-
-
-class EdgeLoad(Part):
-    """Dead force (N, total), spread evenly over the face of an edge."""
-
-    kind: Literal["edge"]
-    edge: Edge
-    force: Vector
-    history: History = CONSTANT
-
-
-class PatchLoad(Part):
-    """Dead force (N, total), spread evenly over the volume whose (x, y) lies in the region."""
-
-    kind: Literal["patch"]
-    region: Region
-    force: Vector
-    history: History = CONSTANT
-
-
-class Gravity(Part):
-    """Acceleration (m/s2) on all of the mass."""
-
-    kind: Literal["gravity"]
-    acceleration: Vector
-    history: History = CONSTANT
-
-
-Load = Annotated[PointLoad | EdgeLoad | PatchLoad | Gravity, Field(discriminator="kind")]
 
 
 class Initial(Part):
@@ -353,7 +284,7 @@ class Scene(Part):
     grooves: tuple[Band, ...] = ()
     protrusions: tuple[Band, ...] = ()
     material: Material
-    supports: tuple[Clamp, ...] = ()
+    supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = Field(min_length=1)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, pairwise
 
-from compare.scene import Analysis, History, Level, Region, Scene, names
+from compare.scene import Analysis, Level, Region, Scene, names
 from compare.scene_errors import SceneError
-from compare.scene_geometry import AXES, all_bands, band_problems, material_range, surface_problems
+from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
+from compare.scene_parts import History
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
+CLAMPED = "this edge is already clamped by {first}"
 
 
 def problems(scene: Scene) -> Iterator[str]:
@@ -22,19 +24,10 @@ def problems(scene: Scene) -> Iterator[str]:
         bands = list(band_problems(scene))
         yield from bands
         yield from _misplaced_loads(scene)
+        yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    for check in (
-        _material,
-        _supports,
-        _histories,
-        _initial,
-        _times,
-        _path,
-        _ladders,
-        _published,
-        _companions,
-        _sensitivity,
-    ):
+    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _path, _ladders, _published)
+    for check in (*checks, _companions, _sensitivity):
         yield from check(scene)
 
 
@@ -110,10 +103,60 @@ def _material(scene: Scene) -> Iterator[str]:
 
 
 def _supports(scene: Scene) -> Iterator[str]:
-    edges = [(f"supports.{i}.edge", support.edge) for i, support in enumerate(scene.supports)]
-    yield from _repeated(edges, "this edge is already clamped by {first}")
+    clamped = {}
+    for i, support in enumerate(scene.supports):
+        if support.kind == "clamp":
+            yield from _repeated([*clamped.items(), (f"supports.{i}.edge", support.edge)], CLAMPED)
+            clamped[f"supports.{i}.edge"] = support.edge
+    for i, support in enumerate(scene.supports):
+        if support.kind != "clamp" and support.edge in clamped.values():
+            first = next(key for key, edge in clamped.items() if edge == support.edge)
+            yield f"supports.{i}.edge = {support.edge!r}: {CLAMPED.format(first=first)}"
+        if support.kind == "hold":
+            yield from _held(scene, i)
     if scene.analysis.kind == "static" and not scene.supports:
         yield "supports = []: statics without a support is singular; clamp an edge"
+
+
+def _held(scene: Scene, i: int) -> Iterator[str]:
+    """Problems of a hold."""
+    hold = scene.supports[i]
+    places = [(key, getattr(hold, key)) for key in ("edge", "corner", "whole") if getattr(hold, key)]
+    if not places:
+        yield f"supports.{i}.edge: this key is missing; a hold needs edge, corner, or whole = true"
+    for key, value in places[1:]:
+        yield f"supports.{i}.{key} = {value!r}: state one of edge, corner and whole"
+    if hold.whole and hold.over != "face":
+        yield f"supports.{i}.over = {hold.over!r}: a plate held as a whole has no such part; leave this out"
+    if scene.ancf is not None and hold.over in ("bottom", "top"):
+        key = f"supports.{i}.over = {hold.over!r}"
+        yield f"{key}: a plate holds its face or its middle; state one of these, or no ancf ladder"
+
+
+def _askew_symmetries(scene: Scene) -> Iterator[str]:
+    for i, support in enumerate(scene.supports):
+        if support.kind == "symmetry" and (reason := off_plane(scene, support.edge, support.normal)):
+            yield f"supports.{i}.normal = {support.normal!r}: {reason}"
+
+
+def _pressures_and_moments(scene: Scene) -> Iterator[str]:
+    for i, load in enumerate(scene.loads):
+        if load.kind == "pressure":
+            bands = [(key, band) for key, band in all_bands(scene) if band.face == load.face]
+            for key, _ in bands[:1]:
+                yield f"loads.{i}.face = {load.face!r}: {key} lies on it; a pressure on a grooved face is not modelled"
+        elif load.kind == "moment":
+            yield from _moment(scene, i)
+
+
+def _moment(scene: Scene, i: int) -> Iterator[str]:
+    moment, key = scene.loads[i].moment, f"loads.{i}.moment = {_plain(scene.loads[i].moment)}"
+    if scene.analysis.kind != "static":
+        yield f"{key}: a moment that follows its edge is modelled in statics only; state analysis.kind = 'static'"
+    if not any(moment):
+        yield f"{key}: a moment without a direction has no axis; leave this load out"
+    elif scene.surface.kind == "rectangle" and not any(moment[:2]):
+        yield f"{key}: its axis is the director of the edge, which a moment about it cannot turn"
 
 
 def _histories(scene: Scene) -> Iterator[str]:
@@ -166,6 +209,8 @@ def _path(scene: Scene) -> Iterator[str]:
         yield f"{key}: the reference follows the load alone; state levels of ancf only"
     for i, load in enumerate(scene.loads):
         yield from _bent(f"loads.{i}.history", load.history, scene.analysis.until)
+        if load.kind == "moment":
+            yield f"loads.{i}.kind = 'moment': an arc length follows dead loads only; state analysis.follow = 'load'"
     if not any(len({factor for _, factor in load.history}) > 1 for load in scene.loads):
         yield f"{key}: no load grows with the load parameter; state the history of one, [[0, 0], [1, 1]]"
 

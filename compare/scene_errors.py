@@ -8,7 +8,8 @@ from typing import Any
 from pydantic import ValidationError
 
 SHOWN = 60
-TAGS = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "at", "region"}
+TAGS = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
+TAGS |= {"clamp", "hold", "symmetry"}
 LADDERS = {"ancf", "reference"}
 REASONS = {
     "extra_forbidden": "unknown key",

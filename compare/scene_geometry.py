@@ -15,6 +15,7 @@ from compare.scene import Band, Interval, NurbsPatch, Profile, Scene
 SAMPLES = 513  # of each knot span of a profile
 LEAST_MATERIAL = 1e-6  # of the thickness, that a groove must leave; a sampled depth is this exact
 ROUND_OFF = 1e-12  # of a length
+ROUND_OFF_PLANE = 1e-9  # of a length: control points are typed with ten digits and more
 AXES = ("x", "y")
 
 
@@ -53,6 +54,45 @@ def _knot_problems(key: str, knots: Sequence[float], degree: int, count: int) ->
         yield f"{shown}: the first and the last knot must each stand {degree + 1} times (degree + 1)"
     elif max(knots[1:-1].count(knot) for knot in knots) > degree:
         yield f"{shown}: an inner knot may stand {degree} times at most (degree), an end knot {degree + 1} times"
+
+
+def off_plane(scene: Scene, edge: str, normal: str) -> str | None:
+    """Why the face of an edge does not lie in a plane of this normal (X, Y or Z); None where it does.
+
+    It lies there if the mid-surface's edge and the directors on it do, to ROUND_OFF_PLANE of the surface's size.
+    """
+    component, patch = "XYZ".index(normal), scene.surface
+    if patch.kind == "rectangle":
+        own = "XY"["xy".index(edge[0])]
+        return None if normal == own else f"the face of {edge} lies in a plane of normal {own}"
+    S, S_out, S_along = _edge_of(patch, edge)
+    size = np.ptp(np.array(patch.control_points).reshape(-1, 3), axis=0).max()
+    if np.ptp(S[:, component]) > ROUND_OFF_PLANE * size:
+        return f"the edge {edge} does not lie in a plane of this normal"
+    director = np.cross(S_out, S_along)
+    if np.abs(director[:, component]).max() > ROUND_OFF_PLANE * np.linalg.norm(director, axis=1).max():
+        return f"the directors of the edge {edge} lean out of the plane of this normal"
+    return None
+
+
+def _edge_of(patch: NurbsPatch, edge: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points of an edge and the directions of both derivatives there, out of it and along it: (k, 3) each.
+
+    At the end of a clamped knot vector the first two rows of the net span the derivative out of the edge.
+    """
+    from scipy.interpolate import BSpline
+
+    axis = AXES.index(edge[0])
+    points = np.moveaxis(np.array(patch.control_points), axis, 0)
+    weights = np.ones(points.shape[:2]) if patch.weights is None else np.moveaxis(np.array(patch.weights), axis, 0)
+    rows = (0, 1) if edge[1] == "0" else (-1, -2)
+    knots, degree = np.array(patch.knots[1 - axis]), patch.degree[1 - axis]
+    at = np.linspace(knots[0], knots[-1], SAMPLES)
+    net = np.concatenate([points * weights[..., None], weights[..., None]], axis=-1)
+    first, second = (BSpline(knots, net[row], degree)(at) for row in rows)
+    slope = BSpline(knots, net[rows[0]], degree)(at, nu=1)
+    S = first[:, :3] / first[:, 3:]
+    return S, second[:, :3] - second[:, 3:] * S, slope[:, :3] - slope[:, 3:] * S
 
 
 def all_bands(scene: Scene) -> list[tuple[str, Band]]:

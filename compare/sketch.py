@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from compare.scene import Band, EdgeLoad, Interval, PatchLoad, PointLoad, PointProbe, Rectangle, Scene
+from compare.scene import Band, PointProbe, Rectangle, Scene
+from compare.scene_parts import Interval, Load, Support
 
 SIDE = 300.0  # longest side of the plan, in the drawing's units
 MARGIN = 46.0
@@ -18,8 +19,10 @@ HEAD = (
 
 
 def sketch(scene: Scene) -> Markup:
-    """The scene as an SVG element: clamped edges hatched, grooves shaded, loads and probes marked.
+    """The scene as an SVG element: supports, loads and probes marked, grooves shaded.
 
+    A clamped edge is hatched, a held edge or corner stands on rollers beside the components held, a plane of
+    symmetry is a chain line.
     On a NURBS mid-surface the plan shows the parameters x and y, scaled to a square at most, and no section.
     """
     (x0, x1), (y0, y1) = scene.surface.span
@@ -29,7 +32,7 @@ def sketch(scene: Scene) -> Markup:
     plan = _Plan((x0, x1), (y0, y1), width, height)
     pieces = [plan.box((x0, x1), (y0, y1), 'fill="none" stroke="currentColor" stroke-width="1.5"')]
     pieces += _bands(scene, plan)
-    pieces += [_clamp(plan, support.edge) for support in scene.supports]
+    pieces += [piece for support in scene.supports for piece in _support(plan, support)]
     pieces += _loads(scene, plan)
     pieces += _probes(scene, plan)
     pieces += _axes(plan, flat)
@@ -85,9 +88,44 @@ def _bands(scene: Scene, plan: _Plan) -> Iterator[Markup]:
         yield _text(x, y + 4, f"{band.name} ({band.face})")
 
 
+OUTWARD = {"x0": (-9.0, 9.0), "x1": (9.0, 9.0), "y0": (9.0, 9.0), "y1": (9.0, -9.0)}
+
+
+def _support(plan: _Plan, support: Support) -> Iterator[Markup]:
+    if support.kind == "clamp":
+        yield _clamp(plan, support.edge)
+        return
+    if support.kind == "hold" and support.whole:
+        middle = plan.place(sum(plan.x) / 2, sum(plan.y) / 2)
+        yield _text(middle[0], middle[1] + 16, f"{' '.join(support.components)} held throughout")
+        return
+    corner = support.kind == "hold" and support.corner is not None
+    name = support.corner if corner else support.edge
+    ends = [plan.place(plan.x[int(name[1])], plan.y[int(name[3])])] * 2 if corner else plan.edge(name)
+    (xa, ya), (xb, yb) = ends
+    out_x, out_y = _outward(name)
+    words = f"symmetry {support.normal}" if support.kind == "symmetry" else " ".join(support.components)
+    if support.kind == "symmetry":
+        paint = 'stroke="currentColor" stroke-width="2" stroke-dasharray="14 4 3 4" fill="none"'
+        yield Markup(
+            f'<path d="M{xa + 5 * out_x:.1f} {ya + 5 * out_y:.1f}L{xb + 5 * out_x:.1f} {yb + 5 * out_y:.1f}" {paint}/>'
+        )
+    else:
+        for i in (0,) if corner else range(7):
+            x, y = xa + (xb - xa) * i / 6 + 6 * out_x, ya + (yb - ya) * i / 6 + 6 * out_y
+            yield Markup(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="none" stroke="currentColor"/>')
+    anchor = {-1.0: "end", 1.0: "start"}.get(out_x, "middle")
+    yield _text((xa + xb) / 2 + 14 * out_x, (ya + yb) / 2 + 14 * out_y + 4 + 4 * out_y, words, anchor)
+
+
+def _outward(name: str) -> tuple[float, float]:
+    """Direction away from the plate at an edge, of a corner that of its y edge, in the drawing."""
+    return {"x0": (-1.0, 0.0), "x1": (1.0, 0.0), "y0": (0.0, 1.0), "y1": (0.0, -1.0)}[name[-2:]]
+
+
 def _clamp(plan: _Plan, edge: str) -> Markup:
     """Hatching outside a clamped edge."""
-    outward = {"x0": (-9.0, 9.0), "x1": (9.0, 9.0), "y0": (9.0, 9.0), "y1": (9.0, -9.0)}[edge]
+    outward = OUTWARD[edge]
     (xa, ya), (xb, yb) = plan.edge(edge)
     count = 18
     ticks = [
@@ -105,18 +143,29 @@ def _loads(scene: Scene, plan: _Plan) -> Iterator[Markup]:
     colour = "var(--reference, #d55e00)"
     paint = f'fill="{colour}" fill-opacity="0.35" stroke="{colour}"'
     for load in scene.loads:
-        if isinstance(load, PatchLoad):
+        if load.kind == "patch":
             yield plan.box(*load.region, paint)
             x, y = plan.place(load.region[0][1], load.region[1][1])
-        elif isinstance(load, PointLoad):
+        elif load.kind == "point":
             x, y = plan.place(*load.at)
             yield Markup(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="8" {paint}/>')
-        elif isinstance(load, EdgeLoad):
+        elif load.kind in ("edge", "moment"):
             (xa, ya), (x, y) = plan.edge(load.edge)
             yield Markup(f'<path d="M{xa:.1f} {ya:.1f}L{x:.1f} {y:.1f}" stroke="{colour}" stroke-width="5"/>')
+        elif load.kind == "pressure":
+            x, y = plan.place(sum(plan.x) / 2, sum(plan.y) / 2)
         else:
             continue
-        yield _text(x, y - 13, f"{max(load.force, key=abs):+g} N".replace("-", "\u2212"))
+        yield _text(x, y - 13, _size(load).replace("-", "\u2212"))
+
+
+def _size(load: Load) -> str:
+    """A load's largest component in words."""
+    if load.kind == "pressure":
+        return f"{load.pressure:+g} Pa on the {load.face}"
+    if load.kind == "moment":
+        return f"{max(load.moment, key=abs):+g} N m"
+    return f"{max(load.force, key=abs):+g} N"
 
 
 def _probes(scene: Scene, plan: _Plan) -> Iterator[Markup]:

@@ -116,7 +116,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     alpha_m, alpha_f, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
     applied = system.applied(until)
     predicted = state.u + h * state.v + h**2 * (0.5 - beta) * state.a
-    known = alpha_m * (system.mass @ state.a) + alpha_f * state.force
+    known = alpha_m * system.inertia(state.a) + alpha_f * state.force
     latest = {}
 
     def residual(unknowns: np.ndarray) -> np.ndarray:
@@ -124,7 +124,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
         internal, strain = system.internal(u)
         a = (u - predicted) / (beta * h**2)
         latest.update(u=u, a=a, force=internal - applied, strain=strain)
-        return ((1 - alpha_m) * (system.mass @ a) + (1 - alpha_f) * latest["force"] + known).ravel()
+        return ((1 - alpha_m) * system.inertia(a) + (1 - alpha_f) * latest["force"] + known).ravel()
 
     def tangent(unknowns: np.ndarray) -> np.ndarray:
         return system.tangent(unknowns.reshape(-1, 3), 1 - alpha_f, (1 - alpha_m) / (beta * h**2))

@@ -14,6 +14,7 @@ is a compiled loop over the same tabulated gradients that adds straight into a f
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,21 +87,49 @@ class Pattern:
     slot: np.ndarray
 
 
-def pattern(nodes: np.ndarray, held: np.ndarray) -> Pattern:
-    """Pattern of the mesh's tangent: nodes (e, 10) and held (n,) whether each node is fixed."""
+def pattern(nodes: np.ndarray, held: np.ndarray, coupled: Sequence[np.ndarray] = ()) -> Pattern:
+    """Pattern of the mesh's tangent: nodes (e, 10) and held (n,) whether each node is fixed.
+
+    coupled: sets of nodes that a load couples, each with each.
+    """
     number = np.where(held, -1, np.cumsum(~held) - 1)
     count = int((~held).sum())
     local = number[nodes]
     first = np.repeat(local[:, :, None], nodes.shape[1], axis=2)
     second = np.repeat(local[:, None, :], nodes.shape[1], axis=1)
     upper = (first >= 0) & (second >= first)
-    keys, inverse = np.unique(first[upper] * count + second[upper], return_inverse=True)
+    more = [_pairs(number[group][number[group] >= 0], count) for group in coupled]
+    wanted = np.concatenate([first[upper] * count + second[upper], *more])
+    keys, inverse = np.unique(wanted, return_inverse=True)
+    inverse = inverse[: int(upper.sum())]
     row, column = np.divmod(keys, count)
     start = np.searchsorted(row, np.arange(count + 1))
     slot = np.full(first.shape, -1, dtype=np.int32)
     slot[upper] = inverse - start[first[upper]]
     indptr, indices = _expand(start, column)
     return Pattern(number, np.flatnonzero(~held), start, column, indptr, indices, slot)
+
+
+def _pairs(numbers: np.ndarray, count: int) -> np.ndarray:
+    """Keys of all pairs of free nodes, the smaller number first."""
+    least, greatest = np.minimum.outer(numbers, numbers), np.maximum.outer(numbers, numbers)
+    return (least * count + greatest).ravel()
+
+
+def couple(where: Pattern, share: np.ndarray, block: np.ndarray, values: np.ndarray) -> None:
+    """Add block (3, 3) x share_a share_b, symmetric, to the upper-triangle values (nnz,); share (n,) is zero beside
+    a set `coupled`."""
+    own = np.flatnonzero((share != 0) & (where.number >= 0))
+    own = own[np.argsort(where.number[own])]
+    number, weight = where.number[own], share[own]
+    neighbours = np.repeat(np.arange(where.free.size), np.diff(where.start)) * where.free.size + where.column
+    a, b = np.triu_indices(own.size)
+    k = np.searchsorted(neighbours, number[a] * where.free.size + number[b]) - where.start[number[a]]
+    for i in range(3):
+        for j in range(3):
+            there = (k > 0) | (j >= i)
+            first = where.indptr[3 * number[a] + i] + 3 * k + j - i
+            values[first[there]] += (block[i, j] * weight[a] * weight[b])[there]
 
 
 def _expand(start: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -60,7 +60,8 @@ class Band:
 class Plate:
     """The solid in box coordinates (m): 0 <= x <= length, 0 <= y <= width, |z| <= thickness / 2.
 
-    regions ((x0, x1), (y0, y1)) and lines (x, y) are imprinted.
+    regions ((x0, x1), (y0, y1)), lines (x, y) through the thickness, and middles are imprinted: straight lines
+    ((x, y), (x, y)) at z = 0, points where both ends are one.
     """
 
     length: float
@@ -70,6 +71,7 @@ class Plate:
     protrusions: tuple[Band, ...] = ()
     regions: tuple[tuple[Interval, Interval], ...] = ()
     lines: tuple[tuple[float, float], ...] = ()
+    middles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
 
 
 @contextmanager
@@ -176,6 +178,10 @@ def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> l
     for x, y in plate.lines:
         line = [(1, occ.addLine(occ.addPoint(x, y, -reach), occ.addPoint(x, y, reach)))]
         tools += occ.intersect(line, bodies, removeObject=True, removeTool=False)[0]
+    for start, end in plate.middles:
+        ends = [occ.addPoint(*at, 0.0) for at in dict.fromkeys((start, end))]
+        mark = [(1, occ.addLine(*ends))] if len(ends) == 2 else [(0, ends[0])]
+        tools += occ.intersect(mark, bodies, removeObject=True, removeTool=False)[0]
     tools = [tool for tool in tools if tool not in bodies]  # a region that holds the whole plate
     if tools:
         bodies, _ = occ.fragment(bodies, tools)

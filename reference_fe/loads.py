@@ -1,6 +1,7 @@
-"""Dead loads as nodal shares: weights (n,) that sum to 1 and say how much of a force each node carries.
+"""Loads. Dead forces as nodal shares: weights (n,) that sum to 1 and say how much of a force each node carries.
 
 The same weights average a field, so a patch load and a patch probe of one region are one vector.
+A moment pulls at an edge's slope along z, another weighted sum of the nodes, and turns with it.
 All places are given in the coordinates of the box (m), see geometry.py.
 """
 
@@ -15,6 +16,7 @@ from skfem import Basis, ElementTetP2, FacetBasis, LinearForm
 from reference_fe.geometry import Interval, MeshError
 from reference_fe.mesh import Solid
 
+ROUND_OFF = 1e-12
 SIMPSON = (1 / 6, 4 / 6, 1 / 6)  # integrals of the quadratic shape functions over an edge of length 1
 
 
@@ -24,6 +26,30 @@ class Load:
 
     force: np.ndarray
     history: np.ndarray
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A moment (3,) in N m on an edge that turns with it; slope (n,) are weights that sum the nodes to its director.
+
+    It does the work |moment| x angle as the director's part d across the axis turns about it: with
+    t = moment x d the force on the director is t / d², and its derivative -(t dᵀ + d tᵀ) / d⁴.
+    """
+
+    slope: np.ndarray
+    reference: np.ndarray
+    moment: np.ndarray
+    history: np.ndarray
+
+    def at(self, u: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:
+        """Nodal forces (n, 3) at the displacement u (n, 3), and the derivative (3, 3) of the director's force."""
+        size = np.interp(time, self.history[:, 0], self.history[:, 1])
+        axis = self.moment / np.linalg.norm(self.moment)
+        director = self.reference + self.slope @ u
+        d = director - axis * (axis @ director)
+        t, square = np.cross(self.moment, d), d @ d
+        derivative = -size * (np.outer(t, d) + np.outer(d, t)) / square**2
+        return np.outer(self.slope, size * t / square), derivative
 
 
 def load_at(loads: tuple[Load, ...], shape: tuple[int, int]) -> Callable[[float], np.ndarray]:
@@ -53,13 +79,37 @@ def line_share(solid: Solid, at: tuple[float, float]) -> np.ndarray:
 
 
 def face_share(solid: Solid, axis: int, value: float) -> np.ndarray:
-    """Uniform over the face of an edge: the boundary where the coordinate `axis` is `value`."""
+    """Uniform over the face of an edge: the boundary where the box coordinate `axis` is `value`."""
+    share = LinearForm(lambda v, w: v).assemble(_face(solid, axis, value))
+    return share / share.sum()
+
+
+def slope_share(solid: Solid, axis: int, value: float) -> np.ndarray:
+    """Weights (n,) of the mean slope along z over the face of an edge: that of the best straight line.
+
+    The box coordinate z is a quadratic field on the mesh, also where the mesh is curved.
+    """
+    basis = _face(solid, axis, value)
+    z = basis.interpolate(solid.box.doflocs[2])
+    area, first, second = (float(np.sum(np.asarray(z) ** power * basis.dx)) for power in range(3))
+    centre = first / area
+    share = LinearForm(lambda v, w: (w["z"] - centre) * v).assemble(basis, z=z)
+    share[np.abs(share) < ROUND_OFF * np.abs(share).max()] = 0.0  # nodes beside the face
+    return share / (second - centre * first)
+
+
+def pressure_force(solid: Solid, side: int, height: float) -> np.ndarray:
+    """Nodal forces (n, 3) of a unit pressure on the face z = side x height of the box, side = -1 or 1."""
+    basis = _face(solid, 2, side * height)
+    return np.column_stack([LinearForm(lambda v, w, a=a: -w.n[a] * v).assemble(basis) for a in range(3)])
+
+
+def _face(solid: Solid, axis: int, value: float) -> FacetBasis:
+    """Basis on the boundary where a box coordinate has a value."""
     facets = solid.mesh.boundary_facets()
     corners = solid.box.doflocs[axis][solid.mesh.facets[:, facets]]
     facets = facets[(np.abs(corners - value) < 1e-7 * solid.extent).all(axis=0)]
-    basis = FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=6)
-    share = LinearForm(lambda v, w: v).assemble(basis)
-    return share / share.sum()
+    return FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=6)
 
 
 def region_share(solid: Solid, region: tuple[Interval, Interval]) -> np.ndarray:

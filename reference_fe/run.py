@@ -3,6 +3,8 @@
 Readings a solver must choose:
 - A clamp holds all displacements of the edge's face. The normal gradient there stays free, as in any
   displacement-based solid, so both readings of `gradients` are the same here.
+- A hold and a plane of symmetry hold components at the nodes of their place; their middle line or point is
+  imprinted in the mesh. A moment turns with the best straight line through the edge's face along z.
 - A point load is spread evenly over the line through the thickness at its (x, y), a patch load over
   the kept volume of its region; both are dead loads.
 - An initial angular velocity turns about the origin of space.
@@ -31,12 +33,13 @@ from reference_fe import dynamics, statics
 from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
 from reference_fe.geometry import Band, Curve, Interval, MeshError, Plate
-from reference_fe.loads import Load, face_share, line_share, load_at, region_share
+from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
 from reference_fe.mesh import Solid, Spacing, make, store
 from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
 from reference_fe.probes import point_weights
+from reference_fe.supports import held
 from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
 
@@ -70,7 +73,7 @@ def solve(
     return Result(
         **_header(scene, level),
         h=level.size,
-        unknowns=3 * model.system.pattern.free.size,
+        unknowns=model.system.unknowns,
         times=np.array(history.times),
         probe_position=np.array(model.probes) @ solid.mesh.doflocs.T,
         displacement=np.array(history.displacement).reshape(-1, len(model.probes), 3),
@@ -117,17 +120,18 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     """Mass, pattern, loads, supports and probes of the scene on the mesh. Raises MeshError."""
     material = scene.material
     mass = None if material.density is None else scalar_mass(solid, material.density)
-    held = np.zeros(solid.box.doflocs.shape[1], dtype=bool)
+    fixed = np.zeros((solid.box.doflocs.shape[1], 3), dtype=bool)
     for support in scene.supports:
-        axis, value = _edge(scene, frame, support.edge)
-        held |= np.abs(solid.box.doflocs[axis] - value) < 1e-7 * solid.extent
-    loads = load_at(tuple(_load(scene, frame, solid, load, mass) for load in scene.loads), (held.size, 3))
+        fixed |= held(solid, *_support(scene, frame, support))
+    acting = [_load(scene, frame, solid, load, mass) for load in scene.loads]
+    loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
+    moments = tuple(load for load in acting if isinstance(load, Moment))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
     table = tabulate(solid, RULE_DEGREE)
-    where = pattern(table.nodes, held)
+    where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
     elastic = lame(material.youngs_modulus, material.poissons_ratio)
-    system = assemble(table, elastic, where, mass, loads, scale=1e-6 * solid.extent)
-    velocity = _velocity(scene, solid.mesh.doflocs.T)[where.free]
+    system = assemble(table, elastic, where, mass, loads, 1e-6 * solid.extent, fixed, moments)
+    velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
     return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
 
 
@@ -241,6 +245,7 @@ def plate_of(scene: Scene, frame: Frame, surface: Surface | None) -> Plate:
         tuple(_band(scene, frame, band) for band in scene.protrusions),
         tuple(dict.fromkeys(regions)),
         tuple(dict.fromkeys(lines)),
+        tuple(_middle(scene, frame, support) for support in scene.supports if getattr(support, "over", "") == "middle"),
     )
 
 
@@ -248,6 +253,26 @@ def _edge(scene: Scene, frame: Frame, edge: str) -> tuple[int, float]:
     """Axis and box coordinate of an edge."""
     axis, end = "xy".index(edge[0]), int(edge[1])
     return axis, frame.interval(axis, scene.surface.span[axis])[end]
+
+
+def _support(scene: Scene, frame: Frame, support) -> tuple[tuple[tuple[int, float], ...], tuple[int, ...]]:
+    """Place in the box, as pairs (axis, value), and held components of a support."""
+    name = getattr(support, "corner", None) or support.edge or ""
+    place = tuple(_edge(scene, frame, name[i : i + 2]) for i in range(0, len(name), 2))
+    if support.kind == "clamp":
+        return place, (0, 1, 2)
+    if support.kind == "symmetry":
+        return place, ("XYZ".index(support.normal),)
+    heights = {"face": (), "middle": (0.0,), "bottom": (-scene.thickness / 2,), "top": (scene.thickness / 2,)}
+    place += tuple((2, z) for z in heights[support.over])
+    return place, tuple("XYZ".index(component) for component in support.components)
+
+
+def _middle(scene: Scene, frame: Frame, support) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Ends, in the box, of the mid-surface line or point that a support holds."""
+    sides = dict(place for place in _support(scene, frame, support)[0] if place[0] < 2)
+    spans = [frame.interval(axis, span) for axis, span in enumerate(scene.surface.span)]
+    return tuple(tuple(sides.get(axis, spans[axis][end]) for axis in (0, 1)) for end in (0, 1))
 
 
 def _band(scene: Scene, frame: Frame, band: SceneBand) -> Band:
@@ -322,11 +347,22 @@ def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
         _marching_words(scene, level),
         *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
         *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
-        *(f"clamp at {support.edge}: all displacements of the face" for support in scene.supports),
-        *(f"{load.kind} load, dead" for load in scene.loads),
+        *(_support_words(support) for support in scene.supports),
+        *(f"{load.kind} load, {'turning with its edge' if load.kind == 'moment' else 'dead'}" for load in scene.loads),
     ]
     left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
     return modelled, [*left_out, "contact", "damping", "other materials"]
+
+
+def _support_words(support) -> str:
+    """What a support holds."""
+    if support.kind == "clamp":
+        return f"clamp at {support.edge}: all displacements of the face"
+    if support.kind == "symmetry":
+        return f"symmetry at {support.edge}: {support.normal} displacements of the face"
+    place = support.edge or f"corner {support.corner}"
+    where = "everywhere" if support.whole else f"of the {support.over} of {place}"
+    return f"hold: {', '.join(support.components)} displacements {where}"
 
 
 def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
@@ -354,9 +390,15 @@ def _has_gravity(scene: Scene) -> bool:
     return any(load.kind == "gravity" for load in scene.loads)
 
 
-def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load:
-    """Nodal forces of a load of the scene."""
+def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment:
+    """A load of the scene on the nodes."""
     history = np.array(load.history)
+    if load.kind == "pressure":
+        side = -1 if load.face == "bottom" else 1
+        return Load(load.pressure * pressure_force(solid, side, scene.thickness / 2), history)
+    if load.kind == "moment":
+        slope = slope_share(solid, *_edge(scene, frame, load.edge))
+        return Moment(slope, slope @ solid.mesh.doflocs.T, np.array(load.moment), history)
     if load.kind == "gravity":
         return Load(np.outer(np.asarray(mass.sum(axis=1)).ravel(), load.acceleration), history)
     if load.kind == "point":

@@ -8,17 +8,31 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, triu
 
-from reference_fe.elasticity import Lame, Pattern, Table, internal_force, mass_values, tangent
+from reference_fe.elasticity import Lame, Pattern, Table, couple, internal_force, mass_values, tangent
 from reference_fe.kernel import smallest_volume_ratio
 from reference_fe.linear_solver import direct_solver
+from reference_fe.loads import Moment
 from reference_fe.newton import Memory, NewtonFailure
 
 
 @dataclass(frozen=True)
-class System:
-    """A discretised solid under dead loads; arrays of the f free nodes are (f, 3).
+class Fixed:
+    """Single components held at free nodes: mask (f, 3), and what holds them in the tangent.
 
-    mass: scalar (f, f) in kg, or None in statics; scale: length (m) below which displacements do not matter.
+    dropped: places in the upper-triangle values that couple a held component with any other. Its diagonal
+    stays, and with a residual of zero Newton never moves it.
+    """
+
+    mask: np.ndarray
+    dropped: np.ndarray
+
+
+@dataclass(frozen=True)
+class System:
+    """A discretised solid; arrays of the f free nodes, those with a component to move, are (f, 3).
+
+    mass: scalar (f, f) in kg, or None in statics; scale: length (m) below which displacements do not matter;
+    fixed: single components held; moments: loads that turn with an edge, in statics.
     """
 
     table: Table
@@ -28,6 +42,13 @@ class System:
     mass_values: np.ndarray | None
     loads: Callable[[float], np.ndarray]
     scale: float
+    fixed: Fixed | None = None
+    moments: tuple[Moment, ...] = ()
+
+    @property
+    def unknowns(self) -> int:
+        """Number of displacement components to find."""
+        return 3 * self.pattern.free.size - (0 if self.fixed is None else int(self.fixed.mask.sum()))
 
     def expand(self, u: np.ndarray) -> np.ndarray:
         """Values (n, 3) at all nodes from those (f, 3) at the free ones; zero where held."""
@@ -39,11 +60,30 @@ class System:
         """Internal force (f, 3) in N and strain energy (J); with `step` as elasticity.internal_force has it."""
         change = None if step is None else self.expand(step)
         force, energy = internal_force(self.table, self.material, self.expand(u), change)
-        return force[self.pattern.free], energy
+        return self.free(force), energy
+
+    def free(self, force: np.ndarray) -> np.ndarray:
+        """Forces (f, 3) on the free nodes of those (n, 3) on all, without those on held components."""
+        own = force[self.pattern.free]
+        if self.fixed is not None:
+            own[self.fixed.mask] = 0.0
+        return own
 
     def applied(self, time: float) -> np.ndarray:
-        """Applied force (f, 3) in N at a time (s)."""
-        return self.loads(time)[self.pattern.free]
+        """Dead forces (f, 3) in N at a time (s)."""
+        return self.free(self.loads(time))
+
+    def turning(self, u: np.ndarray, time: float) -> np.ndarray:
+        """Forces (f, 3) in N of the moments that turn with their edges."""
+        full = self.expand(u)
+        return self.free(sum((moment.at(full, time)[0] for moment in self.moments), np.zeros_like(full)))
+
+    def inertia(self, a: np.ndarray) -> np.ndarray:
+        """Force (f, 3) in N that the acceleration (f, 3) takes."""
+        force = self.mass @ a
+        if self.fixed is not None:
+            force[self.fixed.mask] = 0.0
+        return force
 
     def tangent(
         self, u: np.ndarray, stiffness: float = 1.0, mass: float = 0.0, step: np.ndarray | None = None
@@ -51,7 +91,20 @@ class System:
         """Upper-triangle values of stiffness x K(u) + mass x M; with `step` as elasticity.tangent has it."""
         values = mass * self.mass_values if mass else np.zeros(self.pattern.indices.size)
         change = None if step is None else self.expand(step)
-        return tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness, change)
+        tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness, change)
+        return self._without_fixed(values)
+
+    def tangent_static(self, u: np.ndarray, time: float, step: np.ndarray | None = None) -> np.ndarray:
+        """Upper-triangle values of the derivative of what resists less what turns; `step` as in `tangent`."""
+        values = self.tangent(u, step=step)
+        for moment in self.moments:
+            couple(self.pattern, moment.slope, -moment.at(self.expand(u), time)[1], values)
+        return self._without_fixed(values)
+
+    def _without_fixed(self, values: np.ndarray) -> np.ndarray:
+        if self.fixed is not None:
+            values[self.fixed.dropped] = 0.0
+        return values
 
     def refuse_inversion(self, u: np.ndarray) -> None:
         """Raise NewtonFailure "inverted" where det F is not positive: such an equilibrium is not physical."""
@@ -64,8 +117,15 @@ class System:
         upper = csr_matrix(triu(self.mass))
         upper.sort_indices()
         solver = direct_solver(upper.indptr, upper.indices)
-        solver.factorise(upper.data)
-        acceleration = np.column_stack([solver.solve(column) for column in force.T])
+        rows = np.repeat(np.arange(upper.shape[0]), np.diff(upper.indptr))
+        acceleration = np.empty_like(force)
+        for a in range(3):
+            values = upper.data.copy()
+            if self.fixed is not None:
+                held = self.fixed.mask[:, a]
+                values[(held[rows] | held[upper.indices]) & (rows != upper.indices)] = 0.0
+            solver.factorise(values)
+            acceleration[:, a] = solver.solve(force[:, a])
         solver.close()
         return acceleration
 
@@ -76,10 +136,29 @@ class System:
 
 
 def assemble(
-    table: Table, material: Lame, pattern: Pattern, mass: csr_matrix | None, loads: Callable, scale: float
+    table: Table,
+    material: Lame,
+    pattern: Pattern,
+    mass: csr_matrix | None,
+    loads: Callable,
+    scale: float,
+    held: np.ndarray | None = None,
+    moments: tuple[Moment, ...] = (),
 ) -> System:
-    """System from a mesh's table and pattern and its scalar mass (n, n) on all nodes."""
+    """System from a mesh's table and pattern and its scalar mass (n, n) on all nodes.
+
+    held (n, 3): components without motion; the pattern leaves out the nodes where none moves.
+    """
+    fixed = None if held is None or not held[pattern.free].any() else _fixed(pattern, held[pattern.free])
     if mass is None:
-        return System(table, material, pattern, None, None, loads, scale)
+        return System(table, material, pattern, None, None, loads, scale, fixed, moments)
     free = csr_matrix(mass[pattern.free][:, pattern.free])
-    return System(table, material, pattern, free, mass_values(free, pattern), loads, scale)
+    return System(table, material, pattern, free, mass_values(free, pattern), loads, scale, fixed, moments)
+
+
+def _fixed(pattern: Pattern, mask: np.ndarray) -> Fixed:
+    """The held components (f, 3) of free nodes in a pattern."""
+    held = mask.ravel()
+    rows = np.repeat(np.arange(held.size), np.diff(pattern.indptr))
+    coupled = (held[rows] | held[pattern.indices]) & (rows != pattern.indices)
+    return Fixed(mask, np.flatnonzero(coupled))

@@ -114,7 +114,7 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
             continue
         values.append(_value_plot(scene, found))
         target = error_target(found)
-        if target:
+        if target and any(error > 0 for ladder in found for error in _errors(ladder, target[0])):
             errors.append(_error_plot(scene, found, *target))
             work.append(_work_plot(scene, found, *target))
         paths.append(_history_plot(scene, found))

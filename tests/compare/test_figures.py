@@ -10,6 +10,7 @@ import pytest
 import synthetic_study
 
 from compare import figures, plots
+from compare.explain import statement
 from compare.scene import load
 from compare.sketch import sketch
 
@@ -95,6 +96,36 @@ def test_a_sketch_is_well_formed_and_names_what_the_scene_has(name):
     for groove in scene.grooves:
         assert groove.name in drawn
     assert scene.probes[0].name in drawn
+
+
+def test_a_sketch_and_the_statement_name_every_support_and_load():
+    supports = [
+        {"kind": "symmetry", "edge": "y1", "normal": "Y"},
+        {"kind": "hold", "edge": "x1", "components": ["X", "Z"], "over": "middle"},
+        {"kind": "hold", "corner": "x0y0", "components": ["Y"]},
+        {"kind": "hold", "whole": True, "components": ["Z"]},
+    ]
+    loads = [
+        {"kind": "pressure", "face": "top", "pressure": -2.5},
+        {"kind": "moment", "edge": "x1", "moment": [0.0, 4.0, 0.0]},
+    ]
+    scene = load("cantilever_plain").override({"supports": supports, "loads": loads, "analysis.kind": "static"})
+    drawn = sketch(scene)
+    ElementTree.fromstring(drawn)
+    for words in ("symmetry Y", "X Z", "\u22122.5 Pa on the top", "+4 N m", "Z held throughout"):
+        assert words in drawn
+    assert drawn.count('r="5"') == 7 + 1  # rollers of the edge and of the corner
+    stated = statement(scene)
+    for words in (
+        ("clamped edges", "none"),
+        ("symmetry", "y1 in a plane of normal Y"),
+        ("held", "X Z of x1, over its middle"),
+        ("held", "Y of corner x0y0, over its face"),
+        ("held", "Z of the whole plate"),
+        ("load", "pressure, -2.5 Pa into the top face, dead, constant"),
+        ("load", "moment, (0, 4, 0) N m on x1, turning with it, constant"),
+    ):
+        assert words in stated
 
 
 JOBS = [

@@ -76,7 +76,7 @@ KEYS = {
     "no kind of load": ({"loads.0.kind": GONE}, "loads.0.kind: this key is missing"),
     "kind of load": (
         {"loads.0.kind": "wind"},
-        "loads.0.kind = 'wind': must be one of 'point', 'edge', 'patch', 'gravity'",
+        "loads.0.kind = 'wind': must be one of 'point', 'edge', 'patch', 'gravity', 'pressure', 'moment'",
     ),
     "two numbers of three": ({"probes.0.at": [1.0, 1.0]}, "probes.0.at = [1.0, 1.0]: needs 3 numbers"),
     "three numbers of two": ({"grooves.0.across": [1, 2, 3]}, "grooves.0.across = [1, 2, 3]: needs 2 numbers"),
@@ -90,6 +90,55 @@ KEYS = {
     "no probes": ({"probes": []}, "probes = []: needs at least one entry"),
     "published without cell": ({"published.rows.0.cell": GONE}, "published.rows.0.cell: this key is missing"),
     "schema of the future": ({"schema_version": 2}, "schema_version = 2: must be 1"),
+}
+
+STATIC = {"analysis.kind": "static", "grooves": []}
+HOLD = {"kind": "hold", "edge": "x1", "components": ["Z"]}
+MOMENT = {"kind": "moment", "edge": "x1", "moment": [0, 1, 0]}
+ACTS = {
+    "kind of support": (
+        {"supports.0.kind": "glue"},
+        "supports.0.kind = 'glue': must be one of 'clamp', 'hold', 'symmetry'",
+    ),
+    "hold of nothing": ({"supports.end": {**HOLD, "components": []}}, "supports.1.components = []: needs at least one"),
+    "hold of a side": ({"supports.end": {**HOLD, "components": ["W"]}}, "supports.1.components.0 = 'W': must be"),
+    "hold without a place": (
+        {"supports.end": {"kind": "hold", "components": ["Z"]}},
+        "supports.1.edge: this key is missing; a hold needs edge, corner, or whole = true",
+    ),
+    "hold of two places": (
+        {"supports.end": {**HOLD, "corner": "x1y1"}},
+        "supports.1.corner = 'x1y1': state one of edge, corner and whole",
+    ),
+    "hold of the middle of all": (
+        {"supports.end": {"kind": "hold", "whole": True, "components": ["Z"], "over": "middle"}},
+        "supports.1.over = 'middle': a plate held as a whole has no such part",
+    ),
+    "hold below a plate": (
+        {"supports.end": {**HOLD, "over": "bottom"}},
+        "supports.1.over = 'bottom': a plate holds its face or its middle",
+    ),
+    "hold of a clamp": (
+        {"supports.end": {**HOLD, "edge": "x0"}},
+        "supports.1.edge = 'x0': this edge is already clamped by supports.0.edge",
+    ),
+    "symmetry across": (
+        {"supports.end": {"kind": "symmetry", "edge": "y1", "normal": "X"}},
+        "supports.1.normal = 'X': the face of y1 lies in a plane of normal Y",
+    ),
+    "pressure in a groove": (
+        {"loads.end": {"kind": "pressure", "face": "bottom", "pressure": 1.0}},
+        "loads.1.face = 'bottom': grooves.0 lies on it; a pressure on a grooved face is not modelled",
+    ),
+    "moment in dynamics": ({"loads.end": MOMENT}, "loads.1.moment = [0.0, 1.0, 0.0]: a moment that follows its edge"),
+    "moment about the director": (
+        {**STATIC, "loads.end": {**MOMENT, "moment": [0, 0, 2]}},
+        "loads.1.moment = [0.0, 0.0, 2.0]: its axis is the director of the edge",
+    ),
+    "no moment": (
+        {**STATIC, "loads.end": {**MOMENT, "moment": [0, 0, 0]}},
+        "loads.1.moment = [0.0, 0.0, 0.0]: a moment without a direction",
+    ),
 }
 
 BANDS = {
@@ -346,6 +395,14 @@ SURFACES = {
         {"surface.weights.0": [1, 1]},
         "surface.weights = rows of [2, 3] weights: the net of control points is 2 x 3",
     ),
+    "symmetry of an arc across its chord": (
+        {"supports.end": {"kind": "symmetry", "edge": "x1", "normal": "Z"}},
+        "supports.1.normal = 'Z': the edge x1 does not lie in a plane of this normal",
+    ),
+    "symmetry of an edge whose directors lean": (
+        {"supports.end": {"kind": "symmetry", "edge": "y1", "normal": "Y"}},
+        "supports.1.normal = 'Y': the directors of the edge y1 lean out of the plane",
+    ),
     "off the patch": (
         {"grooves.0.across": [0.4, 1.6]},
         "grooves.0.across = [0.4, 1.6]: off the plate, whose y runs from 0 to 1",
@@ -354,7 +411,7 @@ SURFACES = {
 
 
 @pytest.mark.parametrize(
-    "changes, expected", [pytest.param(*case, id=name) for name, case in (KEYS | BANDS | CURVES | REST).items()]
+    "changes, expected", [pytest.param(*case, id=name) for name, case in (KEYS | ACTS | BANDS | CURVES | REST).items()]
 )
 def test_a_wrong_scene_is_refused(changes, expected):
     """One line for one mistake: file, key, value, reason."""
@@ -402,6 +459,16 @@ ALLOWED = {
     "probe on a protrusion": {"protrusions": [band()], "probes.0.at": [1.0, 0.5, -0.035]},
     "region partly outside": {"probes.0": {"name": "P", "region": [[0.9, 1.1], [0.9, 1.1]]}},
     "nearly incompressible": {"material.poissons_ratio": 0.499},
+    "hold over a plane of symmetry": {
+        "supports.end": {"kind": "symmetry", "edge": "y0", "normal": "Y"},
+        "loads.end": {"kind": "pressure", "face": "top", "pressure": -3.0},
+    },
+    "corner held": {"supports.end": {"kind": "hold", "corner": "x1y1", "components": ["X", "Z"], "over": "middle"}},
+    "bottom of a solid held": {
+        "supports.end": {"kind": "hold", "edge": "y0", "components": ["Z"], "over": "bottom"},
+        "ancf": GONE,
+    },
+    "moment in statics": {"analysis.kind": "static", "loads.end": MOMENT},
     "auxetic": {"material.poissons_ratio": -0.9},
     "statics without mass": {"material.density": GONE, "analysis.kind": "static"},
     "free flight": {"supports": [], "initial": {"velocity": [1, 0, 0]}},
@@ -413,6 +480,10 @@ ALLOWED = {
 @pytest.mark.parametrize("changes", [pytest.param(case, id=name) for name, case in ALLOWED.items()])
 def test_an_unusual_scene_is_allowed(changes):
     parse(changed(changes | {"sensitivity": GONE}), "my.toml")
+
+
+def test_an_arc_lies_in_the_plane_of_its_ends():
+    parse(changed({"supports.end": {"kind": "symmetry", "edge": "x1", "normal": "X"}}, CURVED), "my.toml")
 
 
 def test_opposite_curved_grooves_may_be_deep_at_different_places():

@@ -9,17 +9,7 @@ reference shapes, E = (F^T F - 1)/2, and for any hyperelastic material
 
 with G_ip = dS_i/dX_p. Here every integral is summed over its points, for all elements at once.
 
-Enhanced strain. The thickness strain of a field linear in z is constant in z, but Poisson's effect in
-bending asks for a linear one (thickness locking), and near nu = 1/2 the squared curvature in E for a
-quadratic one. Members of the family that are `enhanced` add the strains M_k alpha_k to E,
-M_k = P_m(z) p_k(s, t) g x g with g = grad z, m = 1, 2 and polynomials p_k, whose amplitudes belong to the
-element alone and minimise its energy (Simo and Rifai 1990, here for the Green-Lagrange
-strain). For the constant tangent of St. Venant-Kirchhoff they are linear in E,
-
-    alpha = - H^-1 integral M : C : E dV,   H = integral M : C : M dV,
-
-so that they cost the quadratic form nothing. Each M_k is made orthogonal to the bilinear functions,
-so constant stress does no work on it, also where a groove makes the thickness lopsided: the patch test holds.
+Members of the family may add strains of their own that cost the quadratic form nothing: `ancf.enhanced`.
 """
 
 from __future__ import annotations
@@ -29,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ancf.enhanced import enhanced_strains, relaxed
 from ancf.material import SaintVenantKirchhoff
 from ancf.nurbs import GeometryError
 from ancf.packing import SPAN, packing
@@ -68,35 +59,8 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     if not np.all(determinant > 0):
         raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
-    modes = np.zeros((len(volume), 0))
-    if shape.enhanced is not None:
-        modes = _thickness_modes(2 * points / (*size, 2) - (1, 1, 0), volume, shape.enhanced)
-    M = np.einsum("qk,qp,qr->qprk", modes, inverse[:, 2], inverse[:, 2])
+    M = enhanced_strains(shape, rule, 2 * points / (*size, 2) - (1, 1, 0), inverse, volume)
     return Integrand(S, S_p @ inverse, volume, M)
-
-
-def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int) -> np.ndarray:
-    """Modes P_m(z) p_k(s, t) (q, k) at the points (s, t, z) (q, 3), -1 <= s, t <= 1, of mean square 1.
-
-    P_m: Legendre polynomials of degree 1 and 2 over the element's thickness; p_k: their products up to
-    the degree. From each mode its best fit by a bilinear function is taken away.
-    """
-    s, t, z = at.T
-    mean = volume @ z / volume.sum()
-    through = np.polynomial.legendre.legvander((z - mean) / np.abs(z - mean).max(), 2)[:, 1:, None]
-    bilinear, full = (np.polynomial.legendre.legvander2d(s, t, [n, n]) for n in (1, degree))
-    root = np.sqrt(volume / volume.sum())[:, None]
-    modes = (through * full[:, None]).reshape(len(z), -1)
-    modes -= bilinear @ np.linalg.lstsq(root * bilinear, root * modes, rcond=None)[0]
-    return modes / np.linalg.norm(root * modes, axis=0)
-
-
-def relaxed(X: np.ndarray, M: np.ndarray, CM: np.ndarray) -> np.ndarray:
-    """Strains X (..., n, c) plus enhanced ones: X - M H^-1 CM^T X, H = CM^T M, for M and C M dV (..., n, k)."""
-    if M.shape[-1] == 0:
-        return X
-    CM_t = CM.swapaxes(-1, -2)
-    return X - M @ np.linalg.solve(CM_t @ M, CM_t @ X)
 
 
 def strain(Q: np.ndarray, G: np.ndarray, factors: np.ndarray = ONE) -> np.ndarray:

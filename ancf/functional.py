@@ -17,21 +17,22 @@ from ancf.quadrature import Rule, gauss, onto_cell, tensor
 from ancf.subdomain import Band, division, element_rule, thickness_range
 
 POINTS = (5, 5, 3)
+BLOCK = 2048  # points evaluated at a time
 ROUND_OFF = 1e-12
 
 
 def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.csr_matrix:
     """Rows (n, v) of the positions at the reference coordinates points (n, 3), each in its element (n,)."""
-    rows, columns, values = [], [], []
-    for e in np.unique(elements):
-        (x0, x1), (y0, y1) = mesh.cells[e]
-        own = np.flatnonzero(elements == e)
-        S, _ = mesh.shape.evaluate(points[own] - (x0, y0, 0.0), (x1 - x0, y1 - y0))
-        rows.append(np.repeat(own, S.shape[1]))
-        columns.append(np.tile(mesh.connectivity[e], len(own)))
-        values.append(S.ravel())
-    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
-    return sp.csr_matrix(entries, shape=(len(points), len(mesh.vectors)))
+    cells = np.array(mesh.cells)
+    values = []
+    for start in range(0, len(points), BLOCK):
+        cell = cells[elements[start : start + BLOCK]]
+        local = points[start : start + BLOCK].astype(float)
+        local[:, :2] -= cell[:, :, 0]
+        values.append(mesh.shape.evaluate(local, tuple((cell[:, :, 1] - cell[:, :, 0]).T)).S.ravel())
+    columns = mesh.connectivity[elements]
+    ends = np.arange(len(points) + 1) * columns.shape[1]
+    return sp.csr_matrix((np.concatenate(values), columns.ravel(), ends), shape=(len(points), len(mesh.vectors)))
 
 
 def value_at(mesh: Mesh, x: float, y: float, z: float) -> np.ndarray:

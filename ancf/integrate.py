@@ -22,8 +22,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ancf.element import Terms
-from ancf.linear_solver import LinearSolver, Solve
-from ancf.newton import OK, TOLERANCE, Balance, Correction, Problem, correct, correct_from_afar, plus
+from ancf.linear_solver import LinearSolver
+from ancf.newton import OK, TOLERANCE, Balance, Correction, Factor, Problem, correct, correct_from_afar, plus
 from ancf.system import EPSILON, System
 
 SMALLEST_CUT = 2.0**-6
@@ -79,7 +79,7 @@ class Step(NamedTuple):
     status: str
     iterations: int
     factorisations: int
-    factor: Solve | None
+    factor: Factor | None
 
 
 def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.ndarray) -> State:
@@ -96,7 +96,7 @@ def step(
     scheme: Scheme | EnergyMomentum,
     state: State,
     dt: float,
-    factor: Solve | None = None,
+    factor: Factor | None = None,
 ) -> Step:
     """One step of length dt (s). The state is unchanged where the status is not ok."""
     if isinstance(scheme, EnergyMomentum):
@@ -122,14 +122,14 @@ def step(
         return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q, more)
 
     problem = Problem(balance, jacobian)
-    found = correct(system, solver, drift, problem, factor, reuse=True)
+    found = correct(system, solver, drift + beta * dt**2 * state.a, problem, factor, reuse=True)
     if found.status != OK:
         found = plus(found, correct_from_afar(system, solver, state.q, problem))
     a = acceleration(found.q)
     return _taken(system, state, dt, found, state.v + dt * ((1 - gamma) * state.a + gamma * a), a, force)
 
 
-def _conserving_step(system: System, solver: LinearSolver, state: State, dt: float, factor: Solve | None) -> Step:
+def _conserving_step(system: System, solver: LinearSolver, state: State, dt: float, factor: Factor | None) -> Step:
     """One energy-momentum step; without a factor from the step before it begins from afar."""
     inertial = 2 / dt**2
     external = (system.force_external(state.t) + system.force_external(state.t + dt)) / 2
@@ -182,7 +182,7 @@ class Motion(NamedTuple):
     steps: int
     iterations: int
     factorisations: int
-    factor: Solve | None
+    factor: Factor | None
 
 
 def advance(
@@ -192,7 +192,7 @@ def advance(
     state: State,
     until: float,
     dt: float,
-    factor: Solve | None,
+    factor: Factor | None,
 ) -> Motion:
     """Steps of length dt from the state to the time `until`, a whole number of steps away.
 

@@ -55,8 +55,12 @@ class Mesh:
 
     def orientation(self, vectors: np.ndarray) -> np.ndarray:
         """det (r_x, r_y, r_z) at each node for nodal vectors (v, 3)."""
-        r_x, r_y, r_z = (vectors[self.kinds == kind] for kind in ("r_x", "r_y", "r_z"))
-        return np.einsum("na,na->n", np.cross(r_x, r_y), r_z)
+        return np.linalg.det(vectors[self._frames])
+
+    @cached_property
+    def _frames(self) -> np.ndarray:
+        """Numbers (n, 3) of r_x, r_y, r_z at each node."""
+        return np.stack([np.flatnonzero(self.kinds == kind) for kind in ("r_x", "r_y", "r_z")], axis=1)
 
     def locate(self, x: float, y: float) -> int:
         """Element that contains the parameters (x, y). Raises ValueError outside the mesh."""

@@ -1,5 +1,8 @@
 """Equilibrium: Newton's method with a stated tolerance and named failures.
 
+Where factors are reused, an old one is corrected by BFGS updates (Matthies, Strang 1979; two-loop form of Nocedal
+1980), across iterations and time steps.
+
 Where a time step turns far and leaves Newton's method lost, `approach` starts it closer. Its tangent and residual
 leave out the stress that the part quadratic in an iteration's step has brought: the stretch of what turned along a
 tangent, which exceeds everything else by far (Magisano, Leonetti, Garcea, IJNME 2017, "mixed integration points").
@@ -13,6 +16,8 @@ force of the undeformed plate and of the inertia.
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -25,7 +30,10 @@ from ancf.system import System
 TOLERANCE = 1e-9
 FULL_LIMIT = 40
 OLD_LIMIT = 80
-REFRESH = 0.2
+PATIENCE = 4
+BAND_PER_ITERATION = 45
+PAIRS = 8
+CURVATURE = 1e-12
 NEAR_LIMIT = 20
 CLOSE = 1e-2
 SMALLEST_CUT = 2.0**-10
@@ -42,6 +50,30 @@ class Balance(NamedTuple):
 
     residual: np.ndarray
     tolerance: float
+
+
+class Factor:
+    """Steps (u,) for residuals (u,) from one factorisation and what the residual did since it was made."""
+
+    def __init__(self, solve: Solve):
+        self.solve = solve
+        self.pairs: deque[tuple[np.ndarray, np.ndarray, float]] = deque(maxlen=PAIRS)
+
+    def __call__(self, residual: np.ndarray) -> np.ndarray:
+        rest, weights = residual.copy(), []
+        for step, change, inverse in reversed(self.pairs):
+            weights.append(inverse * (step @ rest))
+            rest -= weights[-1] * change
+        move = self.solve(rest)
+        for (step, change, inverse), weight in zip(self.pairs, reversed(weights), strict=True):
+            move += (weight - inverse * (change @ move)) * step
+        return move
+
+    def learn(self, step: np.ndarray, change: np.ndarray) -> None:
+        """Remember that `step` took `change` off the residual, unless the curvature is not positive."""
+        curvature = float(step @ change)
+        if curvature > CURVATURE * math.sqrt(float(step @ step) * float(change @ change)):
+            self.pairs.append((step, change, 1 / curvature))
 
 
 class Problem(NamedTuple):
@@ -62,7 +94,7 @@ class Correction(NamedTuple):
     status: str
     iterations: int
     factorisations: int
-    factor: Solve | None
+    factor: Factor | None
 
 
 def correct(
@@ -70,14 +102,16 @@ def correct(
     solver: LinearSolver,
     q: np.ndarray,
     problem: Problem,
-    factor: Solve | None = None,
+    factor: Factor | None = None,
     reuse: bool = False,
 ) -> Correction:
     """Solve balance(q).residual = 0 from q.
 
-    reuse: keep a factorisation, also the one handed over, as long as each iteration with it divides
-    the residual by 1 / REFRESH at least; otherwise every iteration has its own.
+    reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
+    ones would follow: more than PATIENCE, or where the band is wide, and a factorisation dear, one for each
+    BAND_PER_ITERATION of it. Otherwise every iteration has its own.
     """
+    patience = max(PATIENCE, solver.bandwidth / BAND_PER_ITERATION)
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
     residual, tolerance = problem.balance(q, ())
@@ -94,17 +128,25 @@ def correct(
             return ended(DIVERGED)
         if factor is None:
             try:
-                factor = solver.factorise(problem.jacobian(q, ()))
+                factor = Factor(solver.factorise(problem.jacobian(q, ())))
             except SingularMatrix:
                 return ended(SINGULAR)
             factorisations += 1
-        q[free] += factor(residual)
+        step = factor(residual)
+        q[free] += step
         iterations += 1
+        before, last = residual, norm
         residual, tolerance = problem.balance(q, ())
-        last, norm = norm, system.norm(residual)
-        if not reuse or not norm <= REFRESH * last:
+        norm = system.norm(residual)
+        factor.learn(step, before - residual)
+        if not reuse or _too_slow(norm, last, tolerance, patience):
             factor = None
     return ended(INVERTED if system.is_inverted(q) else OK)
+
+
+def _too_slow(norm: float, last: float, tolerance: float, patience: float) -> bool:
+    """Whether a residual that has come from `last` to `norm` needs more than `patience` iterations like that."""
+    return not norm < last or math.log(tolerance / norm) < patience * math.log(norm / last)
 
 
 def approach(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:
@@ -112,7 +154,7 @@ def approach(system: System, solver: LinearSolver, q: np.ndarray, problem: Probl
     start, free, more, factor = q, system.assembly.free, (), None
     for count in range(1, NEAR_LIMIT + 1):
         try:
-            factor = solver.factorise(problem.jacobian(q, more))
+            factor = Factor(solver.factorise(problem.jacobian(q, more)))
         except SingularMatrix:
             return Correction(q, SINGULAR, count, count - 1, None)
         change = np.zeros_like(q)

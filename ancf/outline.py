@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 
 from ancf.functional import interpolation
 from ancf.mesh import Mesh
@@ -26,9 +27,9 @@ class Facets(NamedTuple):
     edges: np.ndarray
 
 
-def positions(mesh: Mesh, facets: Facets, vectors: np.ndarray) -> np.ndarray:
-    """Positions (n, 3) in m of the facets' points for nodal vectors (v, 3)."""
-    return interpolation(mesh, facets.elements, facets.points) @ vectors
+def rows(mesh: Mesh, facets: Facets) -> sp.csr_matrix:
+    """Rows (n, v) of the positions of the facets' points."""
+    return interpolation(mesh, facets.elements, facets.points)
 
 
 def facets(mesh: Mesh, bands: Sequence[Band], thickness: float) -> Facets:

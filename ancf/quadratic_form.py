@@ -28,10 +28,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from ancf.element import Integrand, Terms, relaxed
+from ancf.element import Integrand, Terms
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 
@@ -63,9 +64,9 @@ def quadratic_form(
     n = parts.G.shape[1]
     pair = pairs(n)
     A = _integrate(parts, material, pair)
-    full = A[pair.of[:, :, None, None], pair.of].transpose(0, 2, 1, 3)
-    straight = full[pair.first, pair.second][:, pair.first, pair.second]
-    swapped = full[pair.first, pair.second][:, pair.second, pair.first]
+    i, k = pair.first[:, None], pair.second[:, None]
+    straight = A[pair.of[i, pair.first], pair.of[k, pair.second]]
+    swapped = A[pair.of[i, pair.second], pair.of[k, pair.first]]
     rows, odd_rows = pair.moving, pair.moving[: pair.moving_crossed]
     weight = pair.weight[rows, None]
     Q = from_first_node(vectors[None], positions)[0]
@@ -78,21 +79,23 @@ def quadratic_form(
 
 
 def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) -> np.ndarray:
-    """A (m, m), symmetrised in each pair."""
+    """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.enhanced`) and C = L L^T,
+
+    A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV).
+    """
     first, second = parts.G[:, pair.first], parts.G[:, pair.second]
-    E_m = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=-1)
+    E = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=1)
     C = material.tangent(np.zeros((3, 3)))
-    C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT])
     both = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-    C_voigt = C_voigt * both * both[:, None]
-    q, m, _ = E_m.shape
-    E_m = E_m.transpose(0, 2, 1)
-    M = np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)
-    CM = (C_voigt @ M * parts.volume[:, None, None]).reshape(6 * q, -1)
-    E = relaxed(E_m.reshape(6 * q, m), M.reshape(6 * q, -1), CM)
-    CE = C_voigt @ E.reshape(q, 6, m) * parts.volume[:, None, None]
-    A = E_m.reshape(6 * q, m).T @ CE.reshape(6 * q, m)
-    return (A + A.T) / 2
+    C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]) * both * both[:, None]
+    L_t = np.linalg.cholesky(C_voigt).T * np.sqrt(parts.volume)[:, None, None]
+    X = (L_t @ E).reshape(6 * len(E), -1)
+    LM = (L_t @ np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)).reshape(len(X), -1)
+    A = X.T @ X
+    if LM.shape[1]:
+        Y = np.linalg.solve(np.linalg.cholesky(LM.T @ LM), LM.T @ X)
+        A -= Y.T @ Y
+    return A
 
 
 def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:
@@ -102,47 +105,61 @@ def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:
     return Q
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """Consecutive elements `e` (slice) that share one form, or have one each (slice `forms`)."""
-
-    e: slice
-    forms: slice
-
-    def apply(self, vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray) -> None:
-        """out (e, ..., n) = vectors (e, ..., m) times the tensors (g, m, n) of this run."""
-        x, y, tensor = vectors[self.e], out[self.e], tensors[self.forms]
-        g, m, n = tensor.shape
-        np.matmul(x.reshape(g, -1, m), tensor, out=y.reshape(g, -1, n))
-
-
-def _runs(form_of: np.ndarray) -> list[Run]:
-    """Runs of one portion, in order."""
+def _runs(form_of: np.ndarray) -> list[tuple[slice, slice]]:
+    """Runs of one portion in order: consecutive elements that share one form, or have one each, and their forms."""
     starts = np.flatnonzero(np.r_[True, np.diff(form_of) != 0])
     stops = np.r_[starts[1:], len(form_of)]
-    runs: list[Run] = []
+    runs: list[tuple[slice, slice]] = []
     for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
         g = int(form_of[start])
-        last = runs[-1] if runs else None
-        alone = stop - start == 1
-        if alone and last and last.forms.stop == g and last.e.stop - last.e.start == last.forms.stop - last.forms.start:
-            runs[-1] = Run(slice(last.e.start, stop), slice(last.forms.start, g + 1))
+        e, forms = runs[-1] if runs else (slice(0, 0), slice(0, 0))
+        alone = stop - start == 1 and e.stop - e.start == forms.stop - forms.start
+        if runs and alone and forms.stop == g:
+            runs[-1] = slice(e.start, stop), slice(forms.start, g + 1)
         else:
-            runs.append(Run(slice(start, stop), slice(g, g + 1)))
+            runs.append((slice(start, stop), slice(g, g + 1)))
     return runs
+
+
+class Product(NamedTuple):
+    """out = vectors tensors of one run: views of a portion's work arrays, made once.
+
+    A shared form: (rows, m), (m, n), (rows, n). A form each: (g, rows, m), (g, m, n), (g, rows, n).
+    """
+
+    vectors: np.ndarray
+    tensors: np.ndarray
+    out: np.ndarray
+
+    def compute(self) -> None:
+        """Fill `out`."""
+        np.matmul(self.vectors, self.tensors, out=self.out)
+
+
+def _products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray):
+    """Product of each run for out (e, ..., n) = vectors (e, ..., m) times the element's tensor of tensors (g, m, n)."""
+    _, m, n = tensors.shape
+    products = []
+    for e, forms in runs:
+        shared = (-1,) if forms.stop - forms.start == 1 else (forms.stop - forms.start, -1)
+        own = tensors[forms.start] if len(shared) == 1 else tensors[forms]
+        products.append(Product(vectors[e].reshape(*shared, m), own, out[e].reshape(*shared, n)))
+    return products
 
 
 @dataclass(frozen=True, eq=False)
 class Portion:
-    """Elements `e` that are computed together: their runs, D0 (e, 120) and work arrays.
+    """Elements `e` that are computed together: D0 (e, 120), work arrays, and the products that fill them.
 
-    packed: tangents of the whole span; upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
+    stress: D to P. tangent: even and odd to their parts of the tangent. packed: tangents of the whole span;
+    upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
     """
 
     e: slice
-    runs: list[Run]
     D0: np.ndarray
     work: dict[str, np.ndarray]
+    stress: list[Product]
+    tangent: list[Product]
     packed: np.ndarray
     upper: np.ndarray
     lower: np.ndarray
@@ -211,8 +228,8 @@ class QuadraticElements:
             gram += c * (other @ other.swapaxes(1, 2))
         gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
         D -= portion.D0
-        for run in portion.runs:
-            run.apply(D, self.stress, work["P"])
+        for product in portion.stress:
+            product.compute()
 
     def _tangent(self, portion: Portion) -> None:
         """Fill the packed tangents of one portion from its Q and P; D is overwritten."""
@@ -230,9 +247,8 @@ class QuadraticElements:
             np.subtract(even[:, 3 + k, :moving_c], swapped[:, :moving_c], out=odd[:, k])
             even[:, 3 + k] += swapped
         upper, lower, odd_part = portion.upper, portion.lower, work["odd part"]
-        for run in portion.runs:
-            run.apply(even, self.symmetric, upper)
-            run.apply(odd, self.antisymmetric, odd_part)
+        for product in portion.tangent:
+            product.compute()
         upper[:, :3] += work["P"][:, None]
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
@@ -253,8 +269,11 @@ class QuadraticElements:
             own = slice(start - first, start - first + len(forms))
             upper = span[: size * 6 * m].reshape(size, 6, m)[own]
             lower = span[size * 6 * m :].reshape(size, 3, c)[own]
-            e = slice(start, start + len(forms))
-            portions.append(Portion(e, _runs(forms), self.D0[forms], work[len(forms)], span, upper, lower))
+            e, arrays, runs = slice(start, start + len(forms)), work[len(forms)], _runs(forms)
+            stress = _products(runs, arrays["D"], self.stress, arrays["P"])
+            tangent = _products(runs, arrays["even"], self.symmetric, upper)
+            tangent += _products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
+            portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, span, upper, lower))
         return portions
 
 

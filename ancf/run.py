@@ -42,7 +42,7 @@ from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, GeometryError, Surface
-from ancf.outline import facets, positions
+from ancf.outline import facets, rows
 from ancf.path import Point, follow
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
@@ -158,9 +158,9 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
 
 def _outline(scene: Scene, model: Model, q: np.ndarray) -> Outline:
     surface = facets(model.mesh, model.bands, scene.thickness)
-    reference = positions(model.mesh, surface, model.mesh.vectors)
-    displaced = positions(model.mesh, surface, q.reshape(-1, 3))
-    return Outline(reference, displaced - reference, surface.triangles, surface.edges)
+    moved = q.reshape(-1, 3) - model.mesh.vectors
+    both = rows(model.mesh, surface) @ np.hstack([model.mesh.vectors, moved])
+    return Outline(both[:, :3], both[:, 3:], surface.triangles, surface.edges)
 
 
 def _message(history: History) -> str:
@@ -403,7 +403,9 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
     left_out += ["damping, contact, plasticity", "warping near groove edges finer than an element"]
-    return modelled, left_out + _stiffened_bending(scene.material.poissons_ratio)
+    if FAMILY[level.element].thickness is None:
+        left_out += _stiffened_bending(scene.material.poissons_ratio)
+    return modelled, left_out
 
 
 def _marching_words(scene: Scene, level: AncfLevel) -> str:

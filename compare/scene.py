@@ -173,7 +173,7 @@ class AncfLevel(Part):
 
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
-    element: the paper's "conforming" one or the "enriched" one, which does not lock.
+    element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
     time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
     than the linear response to that increment.
@@ -182,7 +182,7 @@ class AncfLevel(Part):
     mesh: Annotated[tuple[Count, Count], Pair]
     points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
     integration: Literal["subdomain", "global"] = "subdomain"
-    element: Literal["conforming", "enriched"] = "conforming"
+    element: Literal["conforming", "acm", "enriched"] = "enriched"
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive
     budget: Budget = "standard"

@@ -13,6 +13,7 @@ from compare.scene_parts import History
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
 CLAMPED = "this edge is already clamped by {first}"
+LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 
 
 def problems(scene: Scene) -> Iterator[str]:
@@ -26,8 +27,8 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _path, _ladders, _published)
-    for check in (*checks, _companions, _sensitivity):
+    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _path, _points, _ladders)
+    for check in (*checks, _published, _companions, _sensitivity):
         yield from check(scene)
 
 
@@ -222,6 +223,14 @@ def _bent(key: str, history: History, until: float) -> Iterator[str]:
             line = f"one straight line from t = 0 to analysis.until = {until:g}"
             yield f"{key}.{j} = {_plain(history[j])}: along an arc length a load is constant or {line}"
             return
+
+
+def _points(scene: Scene) -> Iterator[str]:
+    for key, level in _levels(scene):
+        least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
+        if any(count < few for count, few in zip(getattr(level, "points", least), least, strict=True)):
+            reason = f"the {level.element} element deforms without energy below {list(least)}"
+            yield f"{key}.points = {list(level.points)}: {reason}; state that or more, or another element"
 
 
 def _is_multiple(value: float, unit: float) -> bool:

@@ -2,7 +2,7 @@
 
 A row is a dict with exactly the keys of KEYS; null (None) where a key does not apply.
 
-- element: "conforming" (the paper's plate element), "enriched" or "P2 tetrahedron". rule: Gauss points per
+- element: "enriched", "conforming" (the paper's), "acm" or "P2 tetrahedron". rule: Gauss points per
   subdomain as stated in the level, "3x3x2", with " global" behind it where grooves are ignored by
   the rule; 7x7x3 is exact for this element and SVK. null for the reference, whose rule is its own.
 - groove: "none", or the names of grooves and protrusions joined by "+". load: kinds of the loads joined by "+".

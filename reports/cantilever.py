@@ -10,14 +10,20 @@ from typing import Any
 import numpy as np
 
 from compare.exact import Value, cross_code
-from compare.provenance import provenance
 from compare.report import Bullets, Column, Page, Section, Table, Text, Verdict, write
 from compare.scene import PublishedRow, Scene
 from compare.study import Entry, level_name
-from compare.table import height, in_ladders, percent, rule, sensitivity
+from compare.table import height, in_ladders, percent, rule
 from compare.verdict import Figure, at_most, stated
 from reports import sections
-from reports.ladders import NAMES, Ladder, band_words, budget, convergence, ladders, limit_errors, opinions, scenes
+from reports.ladders import (
+    NAMES,
+    Ladder,
+    band_words,
+    ladders,
+    page_content,
+    scenes,
+)
 
 PLAIN, GROOVED = "cantilever_plain", "cantilever"
 TWINS = {"cantilever_plain_patch": "plain", "cantilever_patch": "grooved"}
@@ -322,20 +328,8 @@ def table5(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write cantilever.html and cantilever.json into `folder`; returns the page's path."""
     judged = figures(entries, rows)
-    about = {"budget": budget(entries), **provenance()}
-    changes = sensitivity(list(entries))
-    content = {
-        "figures": {figure.name: figure.entry() for figure in judged},
-        "notes": {figure.name: figure.words() for figure in judged},
-        "rows": list(rows),
-        "table5": table5(entries),
-        "error_limit_percent": limit_errors(entries),
-        "convergence": convergence(entries),
-        "opinions": opinions(entries),
-        "sensitivity": changes,
-        "provenance": about,
-    }
-    return write(folder, scene.name, page(entries, rows, content, judged), content)
+    found = {**page_content(entries, rows, judged), "table5": table5(entries)}
+    return write(folder, scene.name, page(entries, rows, found, judged), found)
 
 
 def page(

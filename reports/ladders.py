@@ -8,9 +8,11 @@ from typing import Any
 
 from compare.convergence import Convergence
 from compare.exact import cross_code, published
+from compare.provenance import provenance
 from compare.scene import BUDGETS, Scene
 from compare.study import Entry
-from compare.table import convergences, element, height, in_ladders, percent, rule, series
+from compare.table import convergences, element, height, in_ladders, percent, rule, sensitivity, series
+from compare.verdict import Figure
 
 NAMES = {"ancf": "ANCF", "reference": "reference"}
 
@@ -93,6 +95,20 @@ def band_words(ladder: Ladder) -> str:
     if seen.taken < seen.order:
         order += f" (band drawn with {seen.taken:.2f}, the limit at re-entrant edges)"
     return f"Band {limits} around the finest value, {order}, {seen.sequence}."
+
+
+def page_content(entries: Sequence[Entry], rows: Sequence[dict[str, Any]], judged: Sequence[Figure]) -> dict[str, Any]:
+    """What the JSON of a page holds."""
+    return {
+        "figures": {figure.name: figure.entry() for figure in judged},
+        "notes": {figure.name: figure.words() for figure in judged},
+        "rows": list(rows),
+        "error_limit_percent": limit_errors(entries),
+        "convergence": convergence(entries),
+        "opinions": opinions(entries),
+        "sensitivity": sensitivity(list(entries)),
+        "provenance": {"budget": budget(entries), **provenance()},
+    }
 
 
 def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:

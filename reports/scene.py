@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from compare.provenance import provenance
 from compare.report import Bullets, Page, Section, Text, write
 from compare.scene import Scene
 from compare.study import Entry, level_name
-from compare.table import height, percent, sensitivity
+from compare.table import height, percent
 from compare.verdict import Figure, stated
 from reports import sections
-from reports.ladders import band_words, budget, convergence, ladders, limit_errors, opinions, scenes
+from reports.ladders import band_words, ladders, page_content, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:
@@ -38,27 +37,19 @@ def figures(entries: Sequence[Entry]) -> list[Figure]:
 
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write <scene's name>.html and .json into `folder`; returns the page's path."""
-    judged, about = figures(entries), {"budget": budget(entries), **provenance()}
-    content = {
-        "figures": {figure.name: figure.entry() for figure in judged},
-        "notes": {figure.name: figure.words() for figure in judged},
-        "rows": list(rows),
-        "error_limit_percent": limit_errors(entries),
-        "convergence": convergence(entries),
-        "opinions": opinions(entries),
-        "sensitivity": sensitivity(list(entries)),
-        "provenance": about,
-    }
+    judged = figures(entries)
+    found = page_content(entries, rows, judged)
+    about = found["provenance"]
     failed = sum(not entry.ok for entry in entries)
     words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
     pictures = sections.start(sections.picture_section, entries, [scene.name])
     parts = [
         Section("verdict", "Verdict", [Text([words]), sections.information(judged)]),
         sections.scene_section(scenes(entries)),
-        sections.convergence_section(content["convergence"]),
-        sections.opinions_section(content["opinions"]),
+        sections.convergence_section(found["convergence"]),
+        sections.opinions_section(found["opinions"]),
         *sections.plot_sections(entries),
-        sections.sensitivity_section(content["sensitivity"]),
+        sections.sensitivity_section(found["sensitivity"]),
         sections.table_section(entries, rows),
         pictures.result(),
         Section("limits", "What agreement does not prove", [Bullets(limits(entries))], "Not proven"),
@@ -67,7 +58,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
     lead = f"{scene.source}. " if scene.source else ""
     lead += "Two independent solvers on one stated question."
     page = Page(scene.title, lead, [part for part in parts if part], f"Groovecheck, {about['date']}")
-    return write(folder, scene.name, page, content)
+    return write(folder, scene.name, page, found)
 
 
 def commands(scene: Scene) -> list[tuple[str, str]]:
@@ -88,23 +79,24 @@ def limits(entries: Sequence[Entry]) -> list[str]:
     found = [AGREEMENT]
     if any(load.kind == "point" for scene in stated for load in scene.loads):
         found.append(POINT)
-    locked = [e for e in entries if e.solver == "ancf" and e.level.element == "conforming"]
+    locked = [e for e in entries if e.solver == "ancf" and e.level.element != "enriched"]
     ratios = {e.scene.material.poissons_ratio for e in locked}
     found += [locking(nu) for nu in sorted(ratios) if nu != 0]
     return [*found, "Anything the scene does not mention: it is not modelled."]
 
 
 def locking(nu: float) -> str:
-    """Why the conforming element does not reach a solid whose Poisson's ratio is `nu`.
+    """Why an element without enhanced strains does not reach a solid whose Poisson's ratio is `nu`.
 
     Its strain through the thickness is constant in z, while bending asks for a linear one; with the
     three-dimensional law that raises a plate's E / (1 - nu^2) to E (1 - nu) / ((1 + nu) (1 - 2 nu)).
     """
     stiffer = 100 * ((1 - nu) ** 2 / (1 - 2 * nu) - 1)
     return (
-        f"That the conforming ANCF plate tends to the solid: at \u03bd = {nu:g} it does not. Its thickness stretches "
-        f"evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is up to {stiffer:.3g} % "
-        "too stiff in bending, however fine the mesh. Part of the distance between the two solvers is this."
+        f"That an ANCF plate of conforming or acm elements tends to the solid: at \u03bd = {nu:g} it does not. Its "
+        "thickness stretches evenly, so it cannot follow Poisson's effect in bending (thickness locking) and is up to "
+        f"{stiffer:.3g} % too stiff in bending, however fine the mesh. Part of the distance between the two solvers is "
+        "this."
     )
 
 

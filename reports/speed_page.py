@@ -42,7 +42,7 @@ RUNS = (
     Column("status", "status"),
 )
 CURVE = (
-    Column("solver", "solver"),
+    Column("series", "solver"),
     Column("mesh", "mesh"),
     Column("unknowns", "unknowns", ",d"),
     Column("height", "height of P", ".6f", "m"),
@@ -63,6 +63,21 @@ COSTS = (
 )
 
 
+OWN_STEPS = (
+    Column("series", "solver"),
+    Column("mesh", "mesh"),
+    Column("time_step", "time step", "g", "s"),
+    Column("steps", "steps", ",d"),
+    Column("height", "height of P", ".6f", "m"),
+    Column("error", "error", ".3g", "%"),
+    Column("newton_iterations", "Newton iterations", ",d"),
+    Column("factorisations", "factorisations", ",d"),
+    Column("wall_seconds", "least", ".3f", "s wall"),
+    Column("cpu_seconds", "least", ".3f", "s CPU"),
+)
+LOOKS = {"enriched": "ancf", "conforming": "ancf exact", "reference": "reference", "calculix": "difference"}
+
+
 def page(found: dict[str, Any], judged: Sequence[Figure], curves: Curves, budget: str, about: dict[str, Any]) -> Page:
     """The page; `found` is what reports.speed.gather returned."""
     asked = [figure for figure in judged if figure.judged]
@@ -71,7 +86,7 @@ def page(found: dict[str, Any], judged: Sequence[Figure], curves: Curves, budget
         Section("kernels", "Microseconds per element", list(_kernels(found)), "Elements"),
         Section("runs", "Whole runs", list(_runs(found)), "Runs"),
         Section("steps", "Where a run spends its time", list(_splits(found)), "Split"),
-        Section("precision", "Work and precision", list(_precision(curves)), "Precision"),
+        Section("precision", "Work and precision", list(_precision(found, curves)), "Precision"),
         Section("peers", "Other codes", [_peers(found)], "Peers"),
         Section("limits", "What these numbers do not say", [Bullets(LIMITS)], "Not said"),
         Section("again", "Every number again", [_commands(found, judged)], "Again"),
@@ -171,31 +186,41 @@ def _split(name: str, run: Measured, steps: int) -> dict[str, Any]:
     return {"what": name, **{part: 1e3 * seconds / steps for part, seconds in run.get("split").items()}}
 
 
-def _precision(curves: Curves) -> Iterator[Block]:
-    series = [
-        Series(NAMES[solver], solver, curves.seconds(solver), curves.errors(solver))
-        for solver in NAMES
-        if curves.errors(solver)
-    ]
-    about = f"Error in percent of {curves.target_words} against wall time, both solvers."
+def _precision(found: dict[str, Any], curves: Curves) -> Iterator[Block]:
+    for run in (found["curve"], found["own_steps"], *found["curve_calculix"]):
+        yield from _failure(run)
+    series = [Series(NAMES[name], LOOKS[name], curves.seconds(name), curves.errors(name)) for name in curves.drawn]
+    about = (
+        f"Error in percent of {curves.target_words} against wall time of {', '.join(line.label for line in series)}."
+    )
     svg = log_plot(
         "work-precision", "Work and precision", about, series, "wall time (s), least of all runs", "error (%)"
     )
     yield Plots([(svg, f"Patch-loaded plain cantilever: error against {curves.target_words}. Lower left is better.")])
     rows = [
-        {**row, "error": error, "solver": NAMES[solver]}
-        for solver in NAMES
-        for row, error in zip(curves.rows[solver], curves.errors(solver), strict=False)
+        {**row, "error": error, "series": NAMES[name]}
+        for name in curves.drawn
+        for row, error in zip(curves.rows[name], curves.errors(name), strict=True)
     ]
     limits = [
-        f"{NAMES[solver]}: own extrapolated value {seen.extrapolated:.6f} m, order {seen.order:.2f}."
+        f"{NAMES[name]}: own extrapolated value {seen.extrapolated:.6f} m, order {seen.order:.2f}."
         if seen.extrapolated is not None
-        else f"{NAMES[solver]}: no extrapolated value: {seen.refused}."
-        for solver, seen in curves.convergence.items()
+        else f"{NAMES[name]}: no extrapolated value: {seen.refused}."
+        for name, seen in curves.convergence.items()
+        if curves.rows[name]
     ]
     yield Table("Levels", CURVE, rows, [words.replace("-", "\u2212") for words in limits])
     costs = [{**cost, "solver": NAMES[cost["solver"]]} for cost in curves.costs()]
     yield Table("Cost of a stated error", COSTS, costs, curves.why(1.0))
+    own = found["own_steps"]
+    if own is not None and own.ok and curves.target:
+        limit = curves.target + own.get("time_shift")
+        rows = [
+            {**row, "series": NAMES[row["series"]], "error": 100 * abs(row["height"] / limit - 1)}
+            for row in own.get("rows")
+        ]
+        note = f"Errors from {limit:.6f} m, {curves.target_words} less the error of its time steps."
+        yield Table("Every mesh at every time step", OWN_STEPS, rows, [note.replace("-", "\u2212")])
 
 
 def _peers(found: dict[str, Any]) -> Table:

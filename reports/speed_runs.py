@@ -20,6 +20,7 @@ from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 from compare.table import height
 
 EXACT = [7, 7, 3]
+PAPERS = "conforming"
 PLAIN, GROOVED, PATCH = "cantilever_plain", "cantilever", "cantilever_plain_patch"
 
 
@@ -33,7 +34,7 @@ def ancf(
     from ancf.run import build, solve
 
     stated = _until(load(scene), until)
-    level = AncfLevel(mesh=(mesh, mesh), points=tuple(points), time_step=time_step)
+    level = AncfLevel(element=PAPERS, mesh=(mesh, mesh), points=tuple(points), time_step=time_step)
     begin = time.process_time()
     build(stated, level)
     setup = time.process_time() - begin
@@ -132,7 +133,7 @@ def table5(meshes: list[int], time_step: float = 0.01, jobs: int = 2) -> dict[st
 def _rows(scene: Scene, meshes: list[int], time_step: float) -> Scene:
     """The scene with one ANCF level per printed row at the rule it was found to use, 3x3x2 where none is known."""
     levels = [
-        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step}
+        {"mesh": list(row.mesh), "points": list(row.points or (3, 3, 2)), "time_step": time_step, "element": PAPERS}
         for row in scene.published.rows
         if row.mesh[0] in meshes
     ]
@@ -178,17 +179,18 @@ def reference(scene: str, size: float, time_step: float, until: float = 1.0, rep
     return {**found, "split": {**parts, "rest": max(0.0, found["wall_seconds"] - sum(parts.values()))}}
 
 
-def curve(meshes: list[int], sizes: list[float], time_step: float = 0.02, rounds: int = 2) -> dict[str, Any]:
-    """The patch-loaded plain cantilever on ladders of both solvers, one run at a time, in `rounds` rounds.
+def curve(
+    conforming: list[int], enriched: list[int], sizes: list[float], time_step: float = 0.02, rounds: int = 2
+) -> dict[str, Any]:
+    """The patch-loaded plain cantilever on a ladder of each ANCF element and of the reference, one run at a time.
 
-    Each level keeps its least times; a round runs a cheap level up to three times. Both solvers take the same
-    time steps, so what is left between levels is the error in space.
+    Each level keeps its least times of `rounds` rounds; a round runs a cheap level up to three times. All take the
+    same time steps, so what is left between levels is the error in space.
     """
-    levels = {
-        "ancf": {"levels": [{"mesh": [n, n], "points": EXACT, "time_step": time_step} for n in meshes]},
-        "reference": {"levels": [{"size": size, "time_step": time_step} for size in sizes]},
-    }
-    scene = load(PATCH).override(levels)
+    meshes = [("conforming", n) for n in conforming] + [("enriched", n) for n in enriched]
+    own = [{"mesh": [n, n], "element": name, "points": EXACT, "time_step": time_step} for name, n in meshes]
+    solid = [{"size": size, "time_step": time_step} for size in sizes]
+    scene = load(PATCH).override({"ancf": {"levels": own}, "reference": {"levels": solid}})
     solvers = {"ancf": "ancf.run", "reference": "reference_fe.run"}
     found = []
     for _ in range(rounds):
@@ -206,7 +208,7 @@ def _level(entry: study.Entry) -> dict[str, Any]:
     result = entry.result
     names = ("unknowns", "h", "cpu_seconds", "steps", "newton_iterations", "peak_mb")
     return {
-        "solver": entry.solver,
+        "series": getattr(entry.level, "element", "reference"),
         "mesh": study.level_name(entry.level),
         "height": height(entry),
         "wall_seconds": entry.wall_seconds,
@@ -214,6 +216,31 @@ def _level(entry: study.Entry) -> dict[str, Any]:
         "factorisations": result and result.facts.get("factorisations"),
         "status": entry.status,
     }
+
+
+def own_steps(enriched: list[int], sizes: list[float], time_steps: list[float], repeats: int = 3) -> dict[str, Any]:
+    """The patch-loaded plain cantilever at every mesh and time step, for each solver to choose its cheapest.
+
+    "rows": height, least wall and CPU seconds of `repeats` runs. "time_shift": what the height (m) of a 4x4 mesh
+    of enriched elements still gains from steps of 0.02 s to none, by Richardson's extrapolation with order 2.
+    """
+    from ancf.run import solve
+    from reference_fe.run import solve as solve_solid
+
+    def level(n: int, step: float) -> AncfLevel:
+        return AncfLevel(mesh=(n, n), element="enriched", points=tuple(EXACT), time_step=step)
+
+    patch, rows = load(PATCH), []
+    for step in time_steps:
+        ladder = {"levels": [{"mesh": [4, 4], "points": EXACT, "time_step": step}]}
+        question = patch.override({"analysis.every": step, "ancf": ladder, "reference": None})
+        asked = [("enriched", f"{n}x{n}", solve, level(n, step)) for n in enriched]
+        asked += [("reference", f"h={h:g}", solve_solid, ReferenceLevel(size=h, time_step=step)) for h in sizes]
+        for series, mesh, solver, chosen in asked:
+            found = _summary([solver(question, chosen) for _ in range(repeats)])
+            rows.append({"series": series, "mesh": mesh, "time_step": step, "status": "ok", **found})
+    coarse, middle, fine = (_summary([solve(patch, level(4, step))])["height"] for step in (0.02, 0.01, 0.005))
+    return {"rows": rows, "time_shift": fine + (fine - middle) / 3 - coarse}
 
 
 def newton(size: float, steps: int = 3, time_step: float = 0.01) -> dict[str, Any]:
@@ -283,16 +310,16 @@ def _iteration(acting, memory, state, inertia: float, repeats: int = 2) -> dict[
     return least
 
 
-def calculix_run(size: float, time_step: float, until: float = 1.0) -> dict[str, Any]:
-    """CalculiX on the reference's mesh of the plain cantilever, with its nodal forces and equal steps.
+def calculix_run(size: float, time_step: float, until: float = 1.0, scene: str = PLAIN) -> dict[str, Any]:
+    """CalculiX on the reference's mesh of a cantilever, with its nodal forces and equal steps.
 
     "height": of P as the reference reads it off the same nodes. The reference takes the same steps where time_step
     divides the scene's time between outputs.
     """
     if not calculix.available():
         return {"status": "absent: ccx is not on the path (Debian package calculix-ccx)"}
-    scene = load(PLAIN)
-    model = _discretised(scene, size)
+    stated = load(scene)
+    model = _discretised(stated, size)
     nodes, weights = model.solid.mesh.doflocs.T, model.probes[0]
     printed = np.flatnonzero(weights)
     problem = calculix.Problem(
@@ -300,10 +327,10 @@ def calculix_run(size: float, time_step: float, until: float = 1.0) -> dict[str,
         tetrahedra=model.system.table.nodes,
         fixed=np.flatnonzero(model.system.pattern.number < 0),
         force=model.system.loads(1.0),
-        history=scene.loads[0].history,
-        density=scene.material.density,
-        youngs_modulus=scene.material.youngs_modulus,
-        poissons_ratio=scene.material.poissons_ratio,
+        history=stated.loads[0].history,
+        density=stated.material.density,
+        youngs_modulus=stated.material.youngs_modulus,
+        poissons_ratio=stated.material.poissons_ratio,
         step=time_step,
         until=until,
         printed=printed,

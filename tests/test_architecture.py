@@ -21,6 +21,7 @@ ANCF_ORDER = (
     "subdomain",
     "mesh",
     "material",
+    "enhanced",
     "element",
     "quadratic_form",
     "assembly",

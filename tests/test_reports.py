@@ -12,8 +12,8 @@ from reports import cantilever, scene
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 COARSE = {
     "ancf.levels": [
-        {"mesh": [2, 2], "points": [3, 3, 2], "time_step": 0.01},
-        {"mesh": [3, 3], "points": [3, 3, 2], "time_step": 0.01},
+        {"element": "conforming", "mesh": [2, 2], "points": [3, 3, 2], "time_step": 0.01},
+        {"element": "conforming", "mesh": [3, 3], "points": [3, 3, 2], "time_step": 0.01},
     ],
     "reference.levels": [{"size": 0.3, "time_step": 0.02}],
     "sensitivity": None,

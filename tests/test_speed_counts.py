@@ -22,7 +22,7 @@ HALF = {"analysis.until": 0.5}
 
 
 def level(mesh, points=(3, 3, 2), time_step=STEP):
-    return AncfLevel(mesh=(mesh, mesh), points=points, time_step=time_step)
+    return AncfLevel(element="conforming", mesh=(mesh, mesh), points=points, time_step=time_step)
 
 
 @pytest.fixture(scope="module")
@@ -130,15 +130,16 @@ def counted(monkeypatch, owner, name):
 
 
 def test_ancf_sets_up_once_and_factorises_seldom(monkeypatch):
-    """50 steps of the grooved 8x8 cantilever. Plain Newton would take 3 to 4 factorisations a step, 150 in all."""
+    """50 steps of the grooved 8x8 cantilever. Plain Newton would take 3 to 4 factorisations a step, 150 in all;
+    factors that are kept but not corrected take 21 or more."""
     patterns = counted(monkeypatch, ancf.system, "assembly")
     tensors = counted(monkeypatch, ancf.system, "quadratic_form")
     result = ancf.run.solve(load("cantilever").override(HALF), level(8))
     assert result.status == "ok" and result.steps == 50
     assert len(patterns) == 1
     assert len(tensors) == result.facts["distinct_elements"] <= 5
-    assert result.facts["factorisations"] <= result.steps / 2
-    assert result.newton_iterations <= 9 * result.steps
+    assert result.facts["factorisations"] <= 18
+    assert result.newton_iterations <= 275
 
 
 def test_the_reference_analyses_once_and_factorises_seldom(monkeypatch):

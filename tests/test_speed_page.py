@@ -2,11 +2,12 @@
 
 import doctest
 import json
+from unittest import mock
 
 import pytest
 
 from reports import speed, speed_curves
-from reports.speed_curves import Curves, cost_to
+from reports.speed_curves import NAMES, Curves, cheapest, cost_to
 from reports.unit import Measured, command, measure
 
 
@@ -49,35 +50,64 @@ def test_a_failed_unit_says_why():
 
 
 def test_a_command_survives_the_shell():
-    words = command("speed_runs.curve", {"meshes": [2, 4], "scene": "plain"})
-    assert words.endswith("unit speed_runs.curve 'meshes=[2, 4]' scene=plain")
+    words = command("speed_runs.curve", {"sizes": [2, 4], "scene": "plain"})
+    assert words.endswith("unit speed_runs.curve 'sizes=[2, 4]' scene=plain")
 
 
-def row(solver, mesh, h, height, seconds):
+def row(series, mesh, h, height, seconds):
     known = {"unknowns": 10, "cpu_seconds": seconds, "peak_mb": 100.0, "status": "ok"}
     known |= {"steps": 50, "newton_iterations": 200, "factorisations": 20}
-    return {"solver": solver, "mesh": mesh, "h": h, "height": height, "wall_seconds": seconds, **known}
+    return {"series": series, "mesh": mesh, "h": h, "height": height, "wall_seconds": seconds, **known}
 
 
 @pytest.fixture
 def curve():
-    """Both solvers tend to -1 m with order 2; the reference takes ten times as long for the same error."""
-    rows = [row("ancf", f"{n}x{n}", 1 / n, -1 + n**-2.0, n**2 / 100) for n in (4, 8, 16, 32)]
-    rows += [row("reference", f"h={1 / n}", 1 / n, -1 + n**-2.0, n**2 / 10) for n in (4, 8, 16, 32)]
-    return Measured("curve", {"meshes": [4], "sizes": [0.5]}, "ok", {"rows": rows})
+    """All tend to -1 m with order 2; for the same error the reference takes ten times as long as the enriched
+    element, and the conforming one twice as long."""
+    meshes = (4, 8, 16, 32)
+    rows = [row("conforming", f"{n}x{n}", 1 / n, -1 + n**-2.0, n**2 / 50) for n in meshes]
+    rows += [row("enriched", f"{n}x{n}", 1 / n, -1 + n**-2.0, n**2 / 100) for n in meshes]
+    rows += [row("reference", f"h={1 / n}", 1 / n, -1 + n**-2.0, n**2 / 10) for n in meshes]
+    return Measured("curve", {"conforming": [4], "sizes": [0.5]}, "ok", {"rows": rows})
 
 
-def test_the_ratio_of_two_known_curves(curve):
-    """1 % at n = 10: 1 s against 10 s."""
-    curves = Curves.of(curve)
-    assert curves.target == pytest.approx(-1.0)
-    assert curves.cost("ancf", 1.0)[0] == pytest.approx(1.0)
-    assert curves.ratio(1.0)[0] == pytest.approx(10.0)
-    assert curves.ratio(0.01)[0] is None
-    assert [words.partition(",")[0] for words in curves.why(1.0)] == [
-        "ANCF: within 1 % from 16x16 on: 10 unknowns",
-        "reference: within 1 % from h=0.0625 on: 10 unknowns",
+@pytest.fixture
+def calculix():
+    """CalculiX at the error of the reference in five times its time, both wall and CPU."""
+    known = {"unknowns": 10, "steps": 50}
+    return [
+        Measured(
+            "calculix",
+            {"size": 1 / n},
+            "ok",
+            {"height": -1 + n**-2.0, "wall_seconds": n**2 / 2, "cpu_seconds": n**2 / 2, **known},
+        )
+        for n in (4, 8, 16)
     ]
+
+
+def test_the_ratio_of_known_curves(curve, calculix):
+    """1 % at n = 10: 1 s with the cheaper element, against 10 s and 50 s."""
+    curves = Curves.of(curve, calculix)
+    assert curves.target == pytest.approx(-1.0)
+    assert curves.cost("enriched", 1.0)[0] == pytest.approx(1.0)
+    assert curves.cost("conforming", 1.0)[0] == pytest.approx(2.0)
+    assert curves.ratio(1.0)[0] == pytest.approx(10.0)
+    assert curves.ratio(1.0, peer="calculix")[0] == pytest.approx(50.0)
+    assert curves.ratio(0.01)[0] is None
+    assert [words.partition(":")[0] for words in curves.why(1.0)] == [NAMES[name] for name in NAMES]
+    assert all("within 1 % from" in words and ": 10 unknowns" in words for words in curves.why(1.0))
+    assert Curves.of(curve).ratio(1.0, peer="calculix") == (None, mock.ANY)
+
+
+def test_the_cheapest_level_within_an_error():
+    rows = [row("enriched", "2x2", 1, -0.98, 1.0), row("enriched", "4x4", 1, -0.995, 3.0)]
+    rows += [row("enriched", "8x8", 1, -1.0, 2.0), row("reference", "h=1", 1, -1.0, 0.5)]
+    assert cheapest(rows, "enriched", -1.0, 1.0)["mesh"] == "8x8"
+    assert cheapest(rows, "conforming", -1.0, 1.0) is None
+
+
+COSTS = {"enriched": 0.5, "reference": 4.0}
 
 
 @pytest.fixture
@@ -95,6 +125,7 @@ def found(curve):
         "height": -0.5,
     }
     runs = [Measured("ancf", {"mesh": 16}, "ok", run)]
+    own_steps = [row(name, "m", 1, -1.0, cost) | {"time_step": 0.1} for name, cost in COSTS.items()]
     return {
         "load": 0.5,
         "kernels": Measured("kernels", {}, "ok", {"rows": rows, "tangent_groove_ratio": 1.25, "product_gflops": 9}),
@@ -106,6 +137,8 @@ def found(curve):
         "exudyn": None,
         "many": Measured("newton", {"size": 0.01}, "failed: out of memory"),
         "curve": curve,
+        "curve_calculix": [Measured("calculix_run", {"size": 0.5}, "absent: ccx is not on the path")],
+        "own_steps": Measured("own_steps", {}, "ok", {"rows": own_steps, "time_shift": -0.001}),
     }
 
 
@@ -127,6 +160,8 @@ def test_the_page_says_what_was_met_missed_absent_and_failed(found, tmp_path):
     assert figures["tangent_us"] == {"value": 2.0, "unit": "µs", "bar": 15, "met": True}
     assert figures["tangent_groove_ratio"]["met"] is False
     assert figures["cost_ratio_1_percent"]["met"] is False
+    assert figures["cost_ratio_1_percent_calculix"]["value"] is None
+    assert figures["cost_ratio_1_percent_own_steps"]["value"] == pytest.approx(8.0)
     assert figures["calculix_cpu_ratio"]["value"] is None and figures["table5_wall_s"]["met"] is None
     assert "ccx is not on the path" in page and "out of memory" in page
     assert all(f"reports.unit {name}" in page for name in ("kernels", "ancf", "reference", "curve"))

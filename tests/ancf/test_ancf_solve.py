@@ -27,7 +27,7 @@ PLATE = {
     "ancf": {"levels": [{"mesh": [4, 3], "time_step": 0.01}]},
 }
 CLAMP = [{"kind": "clamp", "edge": "x0"}]
-LEVEL = AncfLevel(mesh=(4, 3), points=(3, 3, 2), time_step=0.01)
+LEVEL = AncfLevel(element="conforming", mesh=(4, 3), points=(3, 3, 2), time_step=0.01)
 
 
 def scene(**changes):
@@ -190,7 +190,7 @@ def test_dynamic_failure_is_named_and_keeps_what_was_reached():
     assert len(result.times) == len(result.displacement) == len(result.energies["strain"])
 
 
-@pytest.mark.parametrize("element, coordinates", [("conforming", 48), ("enriched", 72)])
+@pytest.mark.parametrize("element, coordinates", [("conforming", 48), ("acm", 48), ("enriched", 72)])
 def test_estimate_matches_the_solve(element, coordinates):
     case, level = falling(supports=CLAMP), LEVEL.model_copy(update={"element": element, "points": (4, 4, 3)})
     told, result = estimate(case, level), solve(case, level)

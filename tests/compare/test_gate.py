@@ -127,8 +127,13 @@ def test_lines_show_each_rows_margin_and_the_platform(baseline):
 
 def test_a_stiffness_changed_by_a_thousandth_is_refused_with_its_rows(tmp_path):
     """With the real plate solver, and also against the wide tolerance that holds across platforms."""
-    levels = [{"mesh": [n, n], "points": [3, 3, 2], "time_step": 0.02, "budget": "quick"} for n in (2, 3)]
-    stated = {"ancf": {"levels": levels}, "reference": None, "sensitivity": None, "published": None}
+    levels = [{"mesh": [n, n], "time_step": 0.02, "budget": "quick"} for n in (2, 3)]
+    stated = {
+        "ancf": {"element": "conforming", "points": [3, 3, 2], "levels": levels},
+        "reference": None,
+        "sensitivity": None,
+        "published": None,
+    }
     scene = load("cantilever_plain").override(stated)
 
     def rows(**changes):

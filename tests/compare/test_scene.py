@@ -89,6 +89,10 @@ KEYS = {
     "no levels": ({"ancf": {"time_step": 0.01}}, "ancf.levels: this key is missing"),
     "no probes": ({"probes": []}, "probes = []: needs at least one entry"),
     "published without cell": ({"published.rows.0.cell": GONE}, "published.rows.0.cell: this key is missing"),
+    "too few points": (
+        {"ancf.levels.0.element": "enriched", "ancf.levels.0.points": [3, 3, 2]},
+        "ancf.levels.0.points = [3, 3, 2]: the enriched element deforms without energy below [4, 4, 3]",
+    ),
     "schema of the future": ({"schema_version": 2}, "schema_version = 2: must be 1"),
 }
 
@@ -596,3 +600,16 @@ def test_physics_does_not_depend_on_the_spelling():
 def test_physics_tells_different_scenes_apart(changes):
     scene = load("cantilever")
     assert scene.override(changes).physics() != scene.physics()
+
+
+def test_elements_and_their_least_points_are_those_of_the_solver():
+    """compare imports no solver, so it states both again."""
+    from typing import get_args
+
+    from ancf.shape import FAMILY
+    from compare.scene import AncfLevel
+    from compare.scene_checks import LEAST_POINTS
+
+    assert set(get_args(AncfLevel.model_fields["element"].annotation)) == set(FAMILY)
+    least = {name: shape.least_points for name, shape in FAMILY.items() if shape.least_points != (1, 1, 1)}
+    assert least == LEAST_POINTS

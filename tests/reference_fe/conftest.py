@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,6 +15,8 @@ from reference_fe.loads import load_at
 from reference_fe.mesh import Solid, Spacing, make
 from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
+
+sys.path.insert(0, str(Path(__file__).parent))  # for plate_scene
 
 GROOVED = Plate(1.0, 0.8, 0.1, grooves=(Band(-1, 0, (0.3, 0.5), (0.0, 1.0), 0.06),))
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+import plate_scene
 import pytest
 from scipy.sparse import csr_matrix, identity, kron, triu
 from scipy.sparse.linalg import eigsh
@@ -173,14 +174,8 @@ def test_a_step_without_equilibrium_keeps_its_own_name():
 
 
 BLOW = {
-    "name": "plate",
-    "title": "plate",
-    "surface": {"kind": "rectangle", "length": 1.0, "width": 1.0},
-    "thickness": 0.05,
-    "material": {"kind": "svk", "youngs_modulus": 2e6, "density": 2000.0},
-    "supports": [{"kind": "clamp", "edge": "x0"}],
+    **plate_scene.PLAIN,
     "loads": [{"kind": "edge", "edge": "x1", "force": [0.0, 0.0, -20.0], "history": [[0.0, 0.0], [0.25, 1.0]]}],
-    "probes": [{"name": "P", "at": [1.0, 1.0, 0.0]}],
     "analysis": {"kind": "dynamic", "until": 0.4, "every": 0.1},
     "reference": {"levels": [{"size": 0.4, "time_step": 0.05}]},
 }

@@ -27,6 +27,7 @@ from ancf.newton import OK, TOLERANCE, Balance, Correction, Factor, Problem, cor
 from ancf.system import EPSILON, System
 
 SMALLEST_CUT = 2.0**-6
+PATIENCE = 10  # iterations: a fresh factor of the symmetric tangent makes the energy-momentum scheme little faster
 
 
 class Scheme(NamedTuple):
@@ -146,13 +147,13 @@ def _conserving_step(system: System, solver: LinearSolver, state: State, dt: flo
     def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
         return inertial * system.mass_values + 0.5 * system.tangent(*middle(q, more))
 
-    problem, found = Problem(balance, jacobian, quadratic=0.5), None
+    problem, found = Problem(balance, jacobian, quadratic=0.5, patience=PATIENCE), None
     if factor is not None:
         guess = state.q + dt * state.v + dt**2 / 2 * state.a
         found = correct(system, solver, guess, problem, factor, reuse=True)
     if found is None or found.status != OK:
         afar = correct_from_afar(system, solver, state.q, problem)
-        found = afar if found is None else plus(found, afar)._replace(factor=None)
+        found = afar if found is None else plus(found, afar)
     v = 2 / dt * (found.q - state.q) - state.v
     return _taken(system, state, dt, found, v, (v - state.v) / dt, force)
 

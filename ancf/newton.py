@@ -36,6 +36,7 @@ PAIRS = 8
 CURVATURE = 1e-12
 NEAR_LIMIT = 20
 CLOSE = 1e-2
+FEW = 3
 SMALLEST_CUT = 2.0**-10
 
 OK = "ok"
@@ -79,12 +80,13 @@ class Factor:
 class Problem(NamedTuple):
     """An equilibrium to be found: balance(q, more), residual = loads - what resists, and jacobian(q, more),
     values (nnz,) of minus its derivative. more: what the stress has beyond that of q, see `System.force_internal`;
-    the part quadratic in a step (3 v,) enters it with the factor `quadratic`.
+    the part quadratic in a step (3 v,) enters it with the factor `quadratic`. patience: see `correct`.
     """
 
     balance: Callable[[np.ndarray, Terms], Balance]
     jacobian: Callable[[np.ndarray, Terms], np.ndarray]
     quadratic: float = 1.0
+    patience: int = PATIENCE
 
 
 class Correction(NamedTuple):
@@ -108,10 +110,10 @@ def correct(
     """Solve balance(q).residual = 0 from q.
 
     reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
-    ones would follow: more than PATIENCE, or where the band is wide, and a factorisation dear, one for each
+    ones would follow: more than the problem's patience, or where the band is wide, and a factorisation dear, one for each
     BAND_PER_ITERATION of it. Otherwise every iteration has its own.
     """
-    patience = max(PATIENCE, solver.bandwidth / BAND_PER_ITERATION)
+    patience = max(problem.patience, solver.bandwidth / BAND_PER_ITERATION)
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
     residual, tolerance = problem.balance(q, ())
@@ -169,11 +171,13 @@ def approach(system: System, solver: LinearSolver, q: np.ndarray, problem: Probl
 
 
 def correct_from_afar(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:
-    """`correct`, reusing factorisations, from what `approach` reaches from q."""
+    """`correct`, reusing factorisations, from what `approach` reaches from q; without a factor for the next step
+    where that took more than FEW iterations, so that the next one begins from afar as well."""
     near = approach(system, solver, q, problem)
     if near.status != OK:
         return near
-    return plus(near, correct(system, solver, near.q, problem, near.factor, reuse=True))
+    found = plus(near, correct(system, solver, near.q, problem, near.factor, reuse=True))
+    return found if near.iterations <= FEW else found._replace(factor=None)
 
 
 def plus(before: Correction, found: Correction) -> Correction:

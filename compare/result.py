@@ -52,6 +52,8 @@ class Result:
     end at the last time that was reached. facts: further scalars worth a look, for example volume.
     frequencies (k,): natural frequencies in Hz, ascending, where the scene asks for modes: there are then
     no times, and facts["rigid_modes"] counts the rigid motions of frequency 0 that are not among them.
+    load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
+    the length of the path, in units of the linear response to a load parameter of 1.
     """
 
     scene: dict[str, Any]
@@ -75,6 +77,7 @@ class Result:
     facts: dict[str, float] = field(default_factory=dict)
     outline: Outline | None = None
     frequencies: np.ndarray | None = None
+    load_parameter: np.ndarray | None = None
 
     def position(self, probe: str) -> np.ndarray:
         """Path of a probe (t, 3) in m."""
@@ -83,7 +86,7 @@ class Result:
 
 
 ARRAYS = ("times", "probe_position", "displacement")
-OPTIONAL = ("frequencies",)
+OPTIONAL = ("frequencies", "load_parameter")
 OUTLINE = ("points", "displacement", "triangles", "edges", "modes")
 
 

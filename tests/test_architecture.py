@@ -34,6 +34,7 @@ ANCF_ORDER = (
     "linear_solver",
     "newton",
     "integrate",
+    "modes",
     "outline",
     "run",
 )

@@ -24,6 +24,7 @@ TOLERANCE = 1e-9
 FULL_LIMIT = 40
 OLD_LIMIT = 80
 PATIENCE = 4
+MOST_PATIENCE = 20
 BAND_PER_ITERATION = 45
 PAIRS = 8
 CURVATURE = 1e-12
@@ -93,9 +94,9 @@ def correct(
     least: iterations that are made at least.
     reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
     ones would follow: more than PATIENCE, or where the band is wide, and a factorisation dear, one for each
-    BAND_PER_ITERATION of it. Otherwise every iteration has its own.
+    BAND_PER_ITERATION of it up to MOST_PATIENCE. Otherwise every iteration has its own.
     """
-    patience = max(PATIENCE, solver.bandwidth / BAND_PER_ITERATION)
+    patience = max(PATIENCE, min(MOST_PATIENCE, solver.bandwidth / BAND_PER_ITERATION))
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
     residual, tolerance = balance(q)

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from ancf.assembly import Assembly, Pattern, assembly, couple
 from ancf.element import Integrand, PointElements, integrand, mass
+from ancf.free_edge import strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
@@ -139,10 +140,12 @@ def body(
     points: tuple[int, int, int],
     integration: str = "subdomain",
     pointwise: bool = False,
+    free: Sequence[str] = (),
 ) -> Body:
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
     pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
+    free: free edges of the plate, for elements that have a layer there.
     Raises GeometryError where a groove leaves no material or a reference shape folds, ValueError where
     the points are too few for the element.
     """
@@ -151,9 +154,15 @@ def body(
         own, needed = ("x".join(map(str, counts)) for counts in (points, least))
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
     vectors = mesh.element_vectors
-    form_of, first = distinct(mesh, bands)
-    rules = [element_rule(mesh.cells[e], bands, thickness, points, integration) for e in first]
-    parts = [integrand(mesh.shape, rule, mesh.cells[e], vectors[e]) for e, rule in zip(first, rules, strict=True)]
+    free = free if mesh.shape.layer is not None and integration == "subdomain" else ()
+    form_of, first = distinct(mesh, bands, free)
+    divided = [*bands, *strips(mesh, thickness, free)]
+    rules = [element_rule(mesh.cells[e], divided, thickness, points, integration) for e in first]
+    sides = [_sides(mesh, e, free) for e in first]
+    parts = [
+        integrand(mesh.shape, rule, mesh.cells[e], vectors[e], own)
+        for e, rule, own in zip(first, rules, sides, strict=True)
+    ]
     pointwise = pointwise or len(parts) * form_bytes(len(mesh.shape.kinds)) > MOST_FORM_BYTES
     order = element_order(form_of)
     form_of, connectivity = form_of[order], mesh.connectivity[order]
@@ -171,17 +180,26 @@ def body(
     return Body(mesh, elements, connectivity, scalar, row, volume, len(parts), round_off, round_off_r_z)
 
 
-def distinct(mesh: Mesh, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
+def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
+    """The free edges that an element lies on."""
+    return tuple(edge for edge in mesh.edges_of(element) if edge in free)
+
+
+def distinct(mesh: Mesh, bands: Sequence[Band], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
     """Number of each element's shape (e,), and the first element of each shape (g,).
 
-    Two shapes are equal when what they see of the grooves agrees and so do the Gram matrices of their
-    reference vectors: they then differ by a rigid motion, which an isotropic material does not see.
+    Two shapes are equal when what they see of the grooves agrees, the free edges that they have a layer on,
+    and the Gram matrices of their reference vectors: they then differ by a rigid motion, which an isotropic
+    material does not see.
     """
     vectors = mesh.element_vectors
     Q = from_first_node(vectors, mesh.shape.positions)
     gram = Q @ Q.swapaxes(1, 2)
     rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
-    keys = [(signature(cell, bands), row.tobytes()) for cell, row in zip(mesh.cells, rounded, strict=True)]
+    keys = [
+        (signature(cell, bands), _sides(mesh, e, free), row.tobytes())
+        for e, (cell, row) in enumerate(zip(mesh.cells, rounded, strict=True))
+    ]
     number: dict = {}
     form_of = np.array([number.setdefault(key, len(number)) for key in keys])
     return form_of, np.unique(form_of, return_index=True)[1]

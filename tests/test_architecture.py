@@ -21,6 +21,7 @@ ANCF_ORDER = (
     "subdomain",
     "mesh",
     "material",
+    "free_edge",
     "enhanced",
     "element",
     "quadratic_form",
@@ -33,6 +34,7 @@ ANCF_ORDER = (
     "linear_solver",
     "newton",
     "integrate",
+    "modes",
     "outline",
     "run",
 )

@@ -24,7 +24,12 @@ from compare.verdict import Figure, at_most
 from reports.hard_cases.chapter import Chapter, Outcome
 from reports.unit import measure
 
-CHAPTERS: tuple[str, ...] = ("shells",)
+CHAPTERS: tuple[str, ...] = (
+    "elements",
+    "benchmarks",
+    "shells",
+    "frequencies",
+)
 OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"
 TITLE = "Hard cases"

@@ -110,8 +110,8 @@ def correct(
     """Solve balance(q).residual = 0 from q.
 
     reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
-    ones would follow: more than the problem's patience, or where the band is wide, and a factorisation dear, one for each
-    BAND_PER_ITERATION of it. Otherwise every iteration has its own.
+    ones would follow: more than the problem's patience, or where the band is wide, and a factorisation dear, one
+    for each BAND_PER_ITERATION of it. Otherwise every iteration has its own.
     """
     patience = max(problem.patience, solver.bandwidth / BAND_PER_ITERATION)
     q, free = q.copy(), system.assembly.free

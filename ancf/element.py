@@ -46,8 +46,10 @@ class Integrand:
     M: np.ndarray
 
 
-def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
+def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray, free: Sequence[str] = ()) -> Integrand:
     """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
+
+    free: the free edges of the plate that it lies on (for its enhanced strains).
 
     J_o = dr_o/d(x, y, z). Raises GeometryError where det J_o is not positive: the reference shape folds.
     """
@@ -59,7 +61,7 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray) -> Integrand:
     if not np.all(determinant > 0):
         raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
-    M = enhanced_strains(shape, rule, 2 * points / (*size, 2) - (1, 1, 0), inverse, volume)
+    M = enhanced_strains(shape, rule, cell, inverse, volume, free)
     return Integrand(S, S_p @ inverse, volume, M)
 
 
@@ -124,13 +126,13 @@ class PointElements:
 
     @staticmethod
     def _runs(Q: np.ndarray, parts: tuple[Integrand, ...]) -> Iterator[tuple[np.ndarray, Integrand]]:
-        """Q and stacked Integrand of consecutive elements with equally many points, in portions that stay small."""
+        """Q and stacked Integrand of consecutive elements with as many points and strains, in small portions."""
         start = 0
         while start < len(Q):
             points = len(parts[start].volume)
             most = max(1, RUN_BYTES // (points * 9 * 3 * Q.shape[1] * 8 * 2))
             stop = start + 1
-            while stop < min(len(Q), start + most) and len(parts[stop].volume) == points:
+            while stop < min(len(Q), start + most) and parts[stop].M.shape == parts[start].M.shape:
                 stop += 1
             run = parts[start:stop]
             yield Q[start:stop], Integrand(*(np.stack([getattr(part, name) for part in run]) for name in FIELDS))

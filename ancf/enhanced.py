@@ -21,31 +21,46 @@ which bends the cross-section into the S that faces without traction ask for; ze
 the thickness that is left at (x, y). With P_3' = 1 + 5 P_2 a shear strain constant in z keeps the energy
 (1 + b)^2 + 5 b^2 of its own, least at b = -1/6: 5/6, Reissner's shear factor. These strains are not
 orthogonal to a constant: where only a straight cross-section was wrong, that one changes.
+
+On a free edge of the plate there is also the layer of `ancf.free_edge`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.polynomial.legendre import legvander, legvander2d
 
+from ancf.free_edge import layer_strains
 from ancf.quadrature import Rule
 from ancf.shape import Plate
 
 NOTHING = 1e-8  # of a mode's size: what round-off leaves of one that is bilinear
 
 
-def enhanced_strains(shape: Plate, rule: Rule, at: np.ndarray, inverse: np.ndarray, volume: np.ndarray) -> np.ndarray:
-    """Strains M (q, p, r, k) of mean square 1 at the points (s, t, z) (q, 3), -1 <= s, t <= 1.
+def enhanced_strains(
+    shape: Plate, rule: Rule, cell, inverse: np.ndarray, volume: np.ndarray, free: Sequence[str] = ()
+) -> np.ndarray:
+    """Strains M (q, p, r, k) of mean square 1 of an element on `cell`.
 
-    inverse (q, p, c): J_o^-1, whose rows are g^x, g^y, g^z. volume (q,): weight of each point in m3.
+    inverse (q, p, c): J_o^-1, whose rows are g^x, g^y, g^z. volume (q,): weight of each point in m3. free:
+    the free edges of the plate that the element lies on.
     """
     g_x, g_y, g_z = inverse.swapaxes(0, 1)
+    low, high = np.array(cell).T
+    at = np.column_stack([2 * (rule.points[:, :2] - low) / (high - low) - 1, rule.points[:, 2]])
     parts = [np.zeros((len(volume), 3, 3, 0))]
     if shape.thickness is not None:
         parts.append(_times(_thickness_modes(at, volume, shape.thickness), g_z, g_z))
     if shape.shear is not None:
-        modes = _warping_modes(rule, at, shape.shear)
+        modes = _warping(rule)[:, None] * legvander2d(*at[:, :2].T, [shape.shear] * 2)
         parts += [_times(modes, g_x, g_z), _times(modes, g_y, g_z)]
+    for edge in free if shape.layer is not None else ():
+        g_along, g_across = (g_y, g_x) if edge[0] == "x" else (g_x, g_y)
+        E_13, E_12, E_11, turn = layer_strains(rule, cell, edge, inverse, shape.layer)
+        modes = 2 * _times(E_13, g_along, g_z) + 2 * _times(E_12, g_along, g_across) + _times(E_11, g_along, g_along)
+        parts += [modes, _times(_warping(rule)[:, None] * turn, g_along, g_z)]
     M = np.concatenate(parts, axis=-1)
     return M / np.sqrt(np.einsum("qprk,qprk,q->k", M, M, volume / volume.sum()))
 
@@ -68,10 +83,9 @@ def _thickness_modes(at: np.ndarray, volume: np.ndarray, degree: int) -> np.ndar
     return modes[:, np.linalg.norm(root * modes, axis=0) > NOTHING]
 
 
-def _warping_modes(rule: Rule, at: np.ndarray, degree: int) -> np.ndarray:
-    """Modes P_3'(zeta) p_k(s, t) (q, k), k to `degree` in s and in t."""
-    warping = (15 * _zeta(rule) ** 2 - 3) / 2
-    return warping[:, None] * legvander2d(*at[:, :2].T, [degree, degree])
+def _warping(rule: Rule) -> np.ndarray:
+    """P_3'(zeta) (q,)."""
+    return (15 * _zeta(rule) ** 2 - 3) / 2
 
 
 def _zeta(rule: Rule) -> np.ndarray:

@@ -1,9 +1,10 @@
 """Direct solution of K x = b for the symmetric sparse matrices of one pattern, positive definite or not.
 
 The node numbering of a mesh keeps the band narrow, and within it LAPACK keeps up with sparse codes and
-solves faster, which is what reused factors need. Measured on one core of an EPYC 9004 with the tangents
-of n x n plates (factorise, solve; the second row on a busy machine):
+solves faster, which is what reused factors need. Measured on one core of an EPYC with the tangents of n x n
+plates (factorise, solve; the first row with enriched elements, the last on a busy machine):
 
+    n =  3,    267 unknowns    banded Cholesky 0.20 ms, 0.016 ms    dense Cholesky 0.27 ms, 0.044 ms
     n = 16, 3,264 unknowns     banded Cholesky 9 ms, 0.3 ms    Pardiso 8 ms, 1.6 ms     SuperLU 29 ms, 0.7 ms
     n = 64, 49,920 unknowns    banded Cholesky 1.9 s, 91 ms    Pardiso 1.0 s, 171 ms    SuperLU 3.8 s, 57 ms
 

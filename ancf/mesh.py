@@ -62,6 +62,12 @@ class Mesh:
         """Numbers (n, 3) of r_x, r_y, r_z at each node."""
         return np.stack([np.flatnonzero(self.kinds == kind) for kind in ("r_x", "r_y", "r_z")], axis=1)
 
+    def edges_of(self, element: int) -> tuple[str, ...]:
+        """The edges x0, x1, y0, y1 of the plate that an element lies on."""
+        (i, j), last = self.corners[element], (len(self.x_lines) - 2, len(self.y_lines) - 2)
+        touched = {"x0": i == 0, "x1": i == last[0], "y0": j == 0, "y1": j == last[1]}
+        return tuple(edge for edge, touches in touched.items() if touches)
+
     def locate(self, x: float, y: float) -> int:
         """Element that contains the parameters (x, y). Raises ValueError outside the mesh."""
         column = _interval(self.x_lines, x, "x")

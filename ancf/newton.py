@@ -31,6 +31,7 @@ TOLERANCE = 1e-9
 FULL_LIMIT = 40
 OLD_LIMIT = 80
 PATIENCE = 4
+MOST_PATIENCE = 20
 BAND_PER_ITERATION = 45
 PAIRS = 8
 CURVATURE = 1e-12
@@ -106,14 +107,16 @@ def correct(
     problem: Problem,
     factor: Factor | None = None,
     reuse: bool = False,
+    least: int = 0,
 ) -> Correction:
     """Solve balance(q).residual = 0 from q.
 
+    least: iterations that are made at least.
     reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
-    ones would follow: more than the problem's patience, or where the band is wide, and a factorisation dear, one
-    for each BAND_PER_ITERATION of it. Otherwise every iteration has its own.
+    ones would follow: more than the problem's patience, or where the band is wide, and a factorisation dear, one for
+    each BAND_PER_ITERATION of it up to MOST_PATIENCE. Otherwise every iteration has its own.
     """
-    patience = max(problem.patience, solver.bandwidth / BAND_PER_ITERATION)
+    patience = max(problem.patience, min(MOST_PATIENCE, solver.bandwidth / BAND_PER_ITERATION))
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
     residual, tolerance = problem.balance(q, ())
@@ -123,7 +126,7 @@ def correct(
     def ended(status: str) -> Correction:
         return Correction(q, status, iterations, factorisations, factor)
 
-    while not (norm <= tolerance and np.isfinite(norm)):
+    while iterations < least or not norm <= tolerance:
         if not np.isfinite(norm):
             return ended(NOT_FINITE)
         if iterations == (OLD_LIMIT if reuse else FULL_LIMIT):
@@ -203,17 +206,19 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     """Follow the static equilibrium from q at t to `until` by load steps.
 
     A step that fails is halved, down to SMALLEST_CUT of the given one; after a success it doubles
-    again up to that. The status is that of the last failure where the path could not be followed.
+    again up to that. The status is that of the last failure where the path could not be followed. Where loads change
+    one iteration is made at least: one below round-off of the internal force still has its displacement.
     """
     cut, work, steps, iterations = 1.0, 0.0, 0, 0
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        found = correct(system, solver, q, _statics(system, target))
+        before = system.loads_total(t) + system.moments_total(q, t)
+        after = system.loads_total(target) + system.moments_total(q, target)
+        found = correct(system, solver, q, _statics(system, target), least=int(np.any(before != after)))
         iterations += found.iterations
         if found.status == OK:
-            loads = system.loads_total(t) + system.moments_total(q, t)
-            loads += system.loads_total(target) + system.moments_total(found.q, target)
+            loads = before + system.loads_total(target) + system.moments_total(found.q, target)
             work += float(loads @ (found.q - q)) / 2
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:

@@ -10,6 +10,8 @@ Readings chosen here
 - An initial angular velocity turns about the origin of space: v = velocity + angular_velocity x r.
 - The time step is the largest that divides the time between two outputs and is not longer than the level's.
 - The global rule (Eq. 7) also integrates the mass.
+- Modes are small vibrations about the undeformed plate. Rigid motions that the supports leave free are counted,
+  not listed.
 - BLAS runs on one thread while a solve lasts: the products are small, and on cores that have other work
   the threads of one product wait for each other (a 0.5 s solve took 16 s). Solve several scenes at once
   in processes instead.
@@ -19,7 +21,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain, pairwise
@@ -40,13 +42,14 @@ from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
 from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
+from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, GeometryError, Surface
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
-from ancf.supports import clamp, hold_corner, hold_edge, hold_whole, symmetry
+from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import Body, System, body, distinct, expected_memory, system
 from compare.result import Outline, Result
 from compare.scene import AncfLevel, Scene
@@ -98,32 +101,62 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
     except GeometryError as error:
         return _nothing(scene, level, error)
     with np.errstate(over="ignore", invalid="ignore"):
-        history, q = _way(scene)(scene, level, model, progress)
+        answer = _vibrating if scene.analysis.kind == "modes" else _moved
+        found, facts = answer(scene, level, model, progress)
+    plate = {
+        "volume": model.body.volume,
+        "mass": model.body.total_mass,
+        "elements": len(model.mesh.connectivity),
+        "distinct_elements": model.body.shapes,
+    }
     return Result(
         **_header(scene, level),
+        **found,
         h=float(model.mesh.edge_lengths.max()),
         unknowns=model.system.unknowns,
+        seconds=time.perf_counter() - started,
+        cpu_seconds=time.process_time() - cpu,
+        peak_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
+        facts=plate | facts,
+    )
+
+
+def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
+    """What a Result says of statics or dynamics."""
+    history, q = _way(scene)(scene, level, model, progress)
+    found = dict(
         times=np.array(history.times),
         probe_position=model.probes @ model.mesh.vectors,
         displacement=np.array(history.displacement).reshape(-1, len(model.probes), 3),
         energies={kind: np.array(getattr(history, kind)) for kind in ("kinetic", "strain", "external")},
         status=history.status,
         message=_message(history),
-        seconds=time.perf_counter() - started,
-        cpu_seconds=time.process_time() - cpu,
-        peak_mb=resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024,
         steps=history.steps,
         newton_iterations=history.iterations,
-        facts={
-            "volume": model.body.volume,
-            "mass": model.body.total_mass,
-            "elements": len(model.mesh.connectivity),
-            "distinct_elements": model.body.shapes,
-            "factorisations": history.factorisations,
-        },
         outline=_outline(scene, model, q),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
+    return found, {"factorisations": history.factorisations}
+
+
+def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
+    """What a Result says of modes, and facts."""
+    mesh, material = model.mesh, scene.material
+    size = np.linalg.norm(np.ptp(mesh.vectors[mesh.kinds == "r"], axis=0))
+    slow = material.youngs_modulus / material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
+    modes = lowest(model.system, scene.analysis.count, slow)
+    _tell(progress, 1.0)
+    found = dict(
+        times=np.empty(0),
+        probe_position=np.empty((0, 3)),
+        displacement=np.empty((0, 0, 3)),
+        energies={},
+        frequencies=np.sqrt(modes.eigenvalues) / (2 * np.pi),
+        status=modes.status,
+        message=WORDS.get(modes.status, ""),
+        outline=_outline(scene, model, mesh.vectors, modes.shapes),
+    )
+    return found, {"rigid_modes": modes.rigid, "solves": modes.solves}
 
 
 def _way(scene: Scene) -> Callable:
@@ -156,11 +189,15 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
     )
 
 
-def _outline(scene: Scene, model: Model, q: np.ndarray) -> Outline:
+def _outline(scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = ()) -> Outline:
+    """The surface of the nodal vectors q; shapes of vibration (k, 3 v) are scaled to the largest displacement 1."""
     surface = facets(model.mesh, model.bands, scene.thickness)
     moved = q.reshape(-1, 3) - model.mesh.vectors
-    both = rows(model.mesh, surface) @ np.hstack([model.mesh.vectors, moved])
-    return Outline(both[:, :3], both[:, 3:], surface.triangles, surface.edges)
+    fields = [model.mesh.vectors, moved, *(shape.reshape(-1, 3) for shape in shapes)]
+    placed = (rows(model.mesh, surface) @ np.hstack(fields)).reshape(-1, len(fields), 3)
+    reference, displacement, *modes = placed.swapaxes(0, 1)
+    scaled = np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None
+    return Outline(reference, displacement, surface.triangles, surface.edges, scaled)
 
 
 def _message(history: History) -> str:
@@ -176,12 +213,14 @@ def build(scene: Scene, level: AncfLevel) -> Model:
     bands = _bands(scene)
     material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
     density = scene.material.density or 0.0
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration)
+    held = _held(scene, mesh)
+    free = free_edges(mesh, held)
+    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, free=free)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
     dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
-    probes = np.stack([_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes])
-    acting = system(plate, _held(scene, mesh), dead, scene.thickness, moments)
-    return Model(mesh, bands, plate, acting, probes)
+    probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
+    acting = system(plate, held, dead, scene.thickness, moments)
+    return Model(mesh, bands, plate, acting, np.array(probes))
 
 
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
@@ -366,12 +405,13 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
     mesh = _mesh(scene, level)
-    unknowns = int((~_held(scene, mesh)).sum())
+    held = _held(scene, mesh)
+    unknowns, shapes = int((~held).sum()), len(distinct(mesh, _bands(scene), free_edges(mesh, held))[1])
     modelled, left_out = _words(scene, level)
     return {
         "unknowns": unknowns,
         "elements": len(mesh.connectivity),
-        "memory_mb": expected_memory(mesh, unknowns, len(distinct(mesh, _bands(scene))[1])),
+        "memory_mb": expected_memory(mesh, unknowns, shapes),
         "modelled": modelled,
         "left_out": left_out,
     }
@@ -379,12 +419,13 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
 
 def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     """What is modelled and what is left out, one line each."""
-    dynamic = scene.analysis.kind == "dynamic"
+    kind = scene.analysis.kind
     points = "x".join(str(count) for count in level.points)
     coordinates = 3 * len(FAMILY[level.element].kinds)
     per = "subdomain" if level.integration == "subdomain" else "element"
+    strain = "small vibrations about the undeformed plate" if kind == "modes" else "large rotation and strain"
     modelled = [
-        f"fully parameterized {level.element} plate elements ({coordinates} coordinates), large rotation and strain",
+        f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
         f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
         _marching_words(scene, level),
     ]
@@ -399,7 +440,7 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
         "supports": scene.supports,
         "gravity": [load for load in scene.loads if load.kind == "gravity"],
         "other loads": [load for load in scene.loads if load.kind != "gravity"],
-        "inertia": dynamic,
+        "inertia": kind != "static",
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
     left_out += ["damping, contact, plasticity", "warping near groove edges finer than an element"]
@@ -409,13 +450,13 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
 
 
 def _marching_words(scene: Scene, level: AncfLevel) -> str:
-    """How time or load is stepped."""
+    """How the scene's analysis is done."""
+    if scene.analysis.kind == "modes":
+        return f"the {scene.analysis.count} lowest elastic modes, shift-and-invert Lanczos iteration"
     if scene.analysis.kind == "dynamic":
         return f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
     if scene.analysis.follow == "arc-length":
-        return (
-            f"static equilibria by arc length, at most the linear response to {level.time_step:g} of the load at a time"
-        )
+        return f"static equilibria by arc length, no step longer than the linear response to {level.time_step:g} of t"
     return f"static equilibrium by load steps of {level.time_step:g}"
 
 
@@ -442,9 +483,11 @@ def _load_words(load) -> str:
 def _stiffened_bending(nu: float) -> list[str]:
     """What a position field linear in z costs: E_zz cannot follow -nu/(1 - nu) E_xx, which is odd in z.
 
-    Bent to a cylinder, a plate then has the stiffness of lambda + 2 mu instead of E / (1 - nu^2).
+    Bent to a cylinder, a plate then has the stiffness of lambda + 2 mu instead of E / (1 - nu^2); bent to a bowl,
+    alike in both directions, that of 2 (lambda + mu) instead of E / (1 - nu).
     """
     if nu == 0:
         return []
-    factor = (1 - nu) ** 2 / (1 - 2 * nu)
-    return [f"thickness strain that varies with z: on any mesh bending is up to {factor:.3g} times too stiff"]
+    cylinder, bowl = (1 - nu) ** 2 / (1 - 2 * nu), (1 - nu) / ((1 + nu) * (1 - 2 * nu))
+    words = f"on any mesh bending to a cylinder is {cylinder:.3g} times too stiff, to a bowl {bowl:.3g} times"
+    return [f"thickness strain that varies with z: {words}"]

@@ -2,7 +2,7 @@
 
 The rest of the package knows of a member its `node_kinds` and `edge_kinds` (what the nodal vectors of a
 node and of an edge are), `kinds` and `positions` (those of one element; the functions of positions sum
-to one), `thickness` and `shear` (see `ancf.enhanced`), `least_points` and `evaluate(points, size)`.
+to one), `thickness`, `shear` and `layer` (see `ancf.enhanced`), `least_points` and `evaluate(points, size)`.
 
 Nodal vectors of an element: those of its corners (0,0), (1,0), (1,1), (0,1), then those of its edges
 y = 0, x = a, y = b, x = 0.
@@ -47,6 +47,7 @@ class Plate:
         z (1 - s)(1 - t),  z 4 s (1 - s)(1 - t)
 
     thickness, shear: degrees in s and t of the enhanced strains of `ancf.enhanced`, None without them.
+    layer: degree of the layer at a free edge (`ancf.free_edge`), None without one.
     least_points: Gauss points below which deformations without energy appear.
     """
 
@@ -56,6 +57,7 @@ class Plate:
     blended: bool = False
     thickness: int | None = None
     shear: int | None = None
+    layer: int | None = None
     least_points: tuple[int, int, int] = (1, 1, 1)
 
     @property
@@ -158,7 +160,7 @@ and, unlike the conforming element, constant twist. Not exact: bending with a li
 nu > 0 (both as in the conforming element). 7 x 7 x 3 points integrate it exactly on flat reference shapes.
 """
 
-ENRICHED = Plate("enriched", twist=True, edges=True, thickness=3, shear=2, least_points=(4, 4, 3))
+ENRICHED = Plate("enriched", twist=True, edges=True, thickness=3, shear=2, layer=2, least_points=(4, 4, 3))
 """Element without shear, twist, thickness and volume locking: 24 vectors, 72 coordinates.
 
 In a large mesh an element brings 7 vectors (21 coordinates) where the conforming one brings 4 (12).
@@ -167,10 +169,9 @@ so constant twist and bending with a linear moment, at any Poisson's ratio (the 
 that of plane stress in bending); transverse shear with the stiffness 5/6 G h of faces without traction.
 7 x 7 x 3 points integrate it exactly on flat reference shapes, its mass 4 x 4 x 2; with three points along
 x and y it would have four modes without energy, with two along z transverse shear would cost none.
-Limits: the director is straight through the thickness, so warping beside a groove is left out. Along a
-free edge the twist fades out over h / sqrt(10): until elements are that small, the deflection converges
-with the order 1.1 to 1.5 that this layer allows. Where a plate is sheared by tractions on its faces, which
-no plate theory admits, its stiffness is 5/6 of the solid's.
+On a free edge its elements hold the layer in which the twist fades out, however coarse they are.
+Limits: the director is straight through the thickness, so warping beside a groove is left out. Where a
+plate is sheared by tractions on its faces, which no plate theory admits, its stiffness is 5/6 of the solid's.
 """
 
 FAMILY = {member.name: member for member in (CONFORMING, ACM, ENRICHED)}

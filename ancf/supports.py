@@ -65,6 +65,12 @@ def symmetry(mesh: Mesh, edge: str, normal: int) -> np.ndarray:
     return held
 
 
+def free_edges(mesh: Mesh, held: np.ndarray) -> tuple[str, ...]:
+    """Edges of the plate on which no component (3 v,) of the director is held between their ends."""
+    held = held.reshape(-1, 3).any(axis=1)
+    return tuple(edge for edge in ALONG if not np.any(held & _on_edge(mesh, edge) & (mesh.kinds == "d_e")))
+
+
 def _on_edge(mesh: Mesh, edge: str) -> np.ndarray:
     """Nodal vectors (v,) of the nodes and element edges on an edge of the plate."""
     axis = "xy".index(edge[0])

@@ -52,7 +52,7 @@ def between(result: Result, other: Result, probe: str | None = None, kind: str =
     Raises DifferenceRefused where a result failed, the scenes are not the same question, a probe is
     missing, its reference position differs, or there is no common time after the start.
     """
-    probe = probe or result.probes[0]
+    probe = probe or _first_probe(result)
     _comparable(result, other, probe)
     mine, theirs = common_times(result.times, other.times)
     if len(mine) == 0 or result.times[mine[-1]] <= 0:
@@ -77,7 +77,7 @@ def between(result: Result, other: Result, probe: str | None = None, kind: str =
 
 def from_value(result: Result, value: Value, probe: str | None = None) -> Difference:
     """The probe's height at the last output time against a known height (m). Raises DifferenceRefused."""
-    probe = probe or result.probes[0]
+    probe = probe or _first_probe(result)
     _succeeded(result, probe)
     if value.unit != "m":
         raise DifferenceRefused(f"{value.name} is in {value.unit}, a height is in m")
@@ -112,6 +112,12 @@ def unlike(scene: dict, other: dict, prefix: str = "") -> list[str]:
 
 def _is_parts(value: object) -> bool:
     return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(part, dict) for part in value)
+
+
+def _first_probe(result: Result) -> str:
+    if not result.probes:
+        raise DifferenceRefused(f"{result.solver} found no heights: the scene has no probe")
+    return result.probes[0]
 
 
 def _comparable(result: Result, other: Result, probe: str) -> None:

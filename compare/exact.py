@@ -107,6 +107,29 @@ def beam_frequency(mode: int, length: float, thickness: float, youngs_modulus: f
     return float(b**2 / (2 * np.pi * length**2) * thickness * np.sqrt(youngs_modulus / (12 * density)))
 
 
+def annulus_deflection(hole: float, nu: float, clamped: bool) -> float:
+    """w D / (p R^4) on the rim of a free hole of radius `hole` R in a Kirchhoff disc under uniform pressure.
+
+    Its edge is clamped or simply supported. w = r^4 / 64 + A + B r^2 + C ln r + E r^2 ln r in units of R and p / D;
+    without a hole 1/64 and (5 + nu) / (64 (1 + nu)) (Timoshenko and Woinowsky-Krieger, Theory of Plates and
+    Shells, chapter 3).
+    """
+
+    def terms(r: float) -> np.ndarray:
+        """Deflection, slope, radial moment and shear force of 1, r^2, ln r, r^2 ln r and r^4 / 64."""
+        log = np.log(r)
+        w = [1.0, r**2, log, r**2 * log, r**4 / 64]
+        slope = [0.0, 2 * r, 1 / r, 2 * r * log + r, r**3 / 16]
+        second = [0.0, 2.0, -1 / r**2, 2 * log + 3, 3 * r**2 / 16]
+        shear = [0.0, 0.0, 0.0, 4 / r, r / 2]
+        return np.array([w, slope, np.add(second, nu * np.array(slope) / r), shear])
+
+    rim, edge = terms(hole), terms(1.0)
+    conditions = np.stack([rim[2], rim[3], edge[0], edge[1] if clamped else edge[2]])
+    amplitudes = np.linalg.solve(conditions[:, :4], -conditions[:, 4])
+    return float(rim[0] @ [*amplitudes, 1.0])
+
+
 PLAIN = ()
 PAIR = (("bottom", "x", 0.2, 0.3, 0.03), ("bottom", "x", 0.7, 0.8, 0.03))
 CENTRAL = (("bottom", "x", 0.4, 0.6, 0.02),)

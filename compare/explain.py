@@ -46,6 +46,9 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     if scene.initial is not None:
         turn = f"{_vector(scene.initial.velocity)} m/s, turning at {_vector(scene.initial.angular_velocity)} rad/s"
         found.append(("initial velocity", turn))
+    if analysis.kind == "modes":
+        found.append(("analysis", "small vibrations about the undeformed plate, which carries no load"))
+        return [*found, ("answer", f"the {analysis.count} lowest natural frequencies in Hz, rigid motions not counted")]
     way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
     found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
@@ -114,8 +117,9 @@ def _solver(scene: Scene, solver: str, levels: tuple, module: object) -> list[st
     for level, stated in zip(levels, estimates, strict=True):
         points = f", {rule(level)} points" if rule(level) else ""
         most = "at most " if getattr(level, "error_per_step", None) else ""
+        step = "" if level.time_step is None else f"  step {most}{level.time_step:g} s"
         lines.append(
             f"  {level_name(level):8}{stated['elements']:>8} elements{stated['unknowns']:>9} unknowns"
-            f"{stated['memory_mb']:>8.0f} MB  step {most}{level.time_step:g} s{points}  [{level.budget}]"
+            f"{stated['memory_mb']:>8.0f} MB{step}{points}  [{level.budget}]"
         )
     return lines

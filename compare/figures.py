@@ -31,7 +31,8 @@ class Job:
     """A picture to make of an outline.
 
     view: "mesh" (undeformed, with mesh lines), "section" (its part within `radius` (m) of `centre` (m),
-    seen along the plate) or "deformed" (coloured by the size of the displacement from 0 to `greatest` (m)).
+    seen along the plate), "deformed" (coloured by the size of the displacement from 0 to `greatest` (m)) or
+    "mode" (the same of a shape of vibration, whose size means nothing).
     below: seen from below instead of from above.
     """
 
@@ -101,12 +102,14 @@ def picture(job: Job) -> Picture:
     """Render one job in this process."""
     plotter = _plotter()
     outline, points = job.outline, np.asarray(job.outline.points, float)
-    if job.view == "deformed":
+    if job.view in ("deformed", "mode"):
         moved = points + outline.displacement
         _lines(plotter, _feature_edges(outline, points), "#8b959e", 2.0)
         _add_body(plotter, outline, moved, np.linalg.norm(outline.displacement, axis=1), job.greatest)
         _look(plotter, np.vstack([points, moved]), below=False)
-        return _shoot(plotter, job, (0.0, job.greatest, "m"))
+        return _shoot(
+            plotter, job, (0.0, job.greatest, "m") if job.view == "deformed" else (0.0, 1.0, "of the largest")
+        )
     _add_body(plotter, outline, points, FACE[job.solver], line_width=3.0 if job.view == "section" else 2.0)
     if job.view == "section":
         _approach(plotter, np.array(job.centre), job.radius, job.below)

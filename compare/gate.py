@@ -1,6 +1,6 @@
 """The gate: rows of a quick run against the accepted ones of reports/baselines/<scene>.json.
 
-Only heights are judged, never bitwise and never times. Two runs on the same platform may differ by
+Only heights and frequencies are judged, never bitwise and never times. Two runs on the same platform may differ by
 SAME (relative): they stop Newton at slightly different rounding, which the solver's tolerances hold
 near 1e-9. Between platforms ACROSS is allowed: another BLAS, libm or sparse solver rounds
 differently everywhere and another mesh generator may place a node elsewhere, while a wrong stiffness
@@ -25,7 +25,7 @@ SCHEMA = 1
 SAME = 1e-6
 ACROSS = 1e-4
 FLOOR = 1e-9  # m: a smaller accepted height is compared as if it were this large
-IDENTITY = ("solver", "element", "rule", "groove", "load", "mesh")
+IDENTITY = ("solver", "element", "rule", "groove", "load", "mode", "mesh")
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "gmsh", "numba", "pymetis", "pypardiso", "mkl")
 
 Row = dict[str, Any]
@@ -50,6 +50,7 @@ class Margin:
     change: float | None
     used: float | None
     status: str = "ok"
+    unit: str = "m"
 
     @property
     def refused(self) -> bool:
@@ -84,7 +85,16 @@ def check(rows: list[Row], baseline: dict[str, Any], here: dict[str, Any] | None
     accepted, now = named(baseline["rows"]), named(rows)
     margins = [_margin(name, row, now.get(name), tolerance) for name, row in accepted.items()]
     margins += [
-        Margin(name, "new" if row["status"] == "ok" else "failed", row["value"], None, None, None, row["status"])
+        Margin(
+            name,
+            "new" if row["status"] == "ok" else "failed",
+            row["value"],
+            None,
+            None,
+            None,
+            row["status"],
+            _unit(row),
+        )
         for name, row in now.items()
         if name not in accepted
     ]
@@ -92,21 +102,26 @@ def check(rows: list[Row], baseline: dict[str, Any], here: dict[str, Any] | None
 
 
 def _margin(name: str, accepted: Row, row: Row | None, tolerance: float) -> Margin:
-    known = accepted["value"]
+    known, unit = accepted["value"], _unit(accepted)
     if row is None:
-        return Margin(name, "missing", None, known, None, None, "not computed")
+        return Margin(name, "missing", None, known, None, None, "not computed", unit)
     if row["status"] != "ok":
-        return Margin(name, "failed", None, known, None, None, row["status"])
+        return Margin(name, "failed", None, known, None, None, row["status"], unit)
     change = abs(row["value"] - known) / max(abs(known), FLOOR)
     used = change / tolerance
-    return Margin(name, "ok" if used <= 1 else "moved", row["value"], known, change, used)  # nan is "moved"
+    verdict = "ok" if used <= 1 else "moved"  # nan is "moved"
+    return Margin(name, verdict, row["value"], known, change, used, unit=unit)
+
+
+def _unit(row: Row) -> str:
+    return "m" if row.get("mode") is None else "Hz"
 
 
 def named(rows: list[Row]) -> dict[str, Row]:
     """Rows by their identity; rows of equal identity (other time steps, other scenes) are numbered in order."""
     found: dict[str, Row] = {}
     for row in rows:
-        name = ", ".join(f"{key} {row[key]}" for key in IDENTITY if row[key] is not None)
+        name = ", ".join(f"{key} {row[key]}" for key in IDENTITY if row.get(key) is not None)
         count = sum(1 for other in found if other == name or other.startswith(f"{name} #"))
         found[name if not count else f"{name} #{count + 1}"] = row
     return found
@@ -153,8 +168,8 @@ def lines(verdict: Verdict) -> list[str]:
     """The verdict for people, one line per row, refused rows last."""
     found = []
     for margin in sorted(verdict.margins, key=lambda margin: margin.refused):
-        value = "no value" if margin.value is None else f"{margin.value:.9f} m"
-        accepted = "" if margin.accepted is None else f", accepted {margin.accepted:.9f} m"
+        value = "no value" if margin.value is None else f"{margin.value:.9f} {margin.unit}"
+        accepted = "" if margin.accepted is None else f", accepted {margin.accepted:.9f} {margin.unit}"
         change = (
             "" if margin.change is None else f", change {margin.change:.2e} = {100 * margin.used:.3g} % of tolerance"
         )

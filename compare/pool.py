@@ -181,7 +181,7 @@ def seconds_left(
 
 def _cost(unit: Unit, stated: dict[str, Any] | None) -> float:
     """Relative expected effort: steps times a power of the unknowns between assembly (1) and factorisation (1.5)."""
-    steps = unit.scene.analysis.until / unit.level.time_step
+    steps = 1 if unit.level.time_step is None else unit.scene.analysis.until / unit.level.time_step
     return steps * max((stated or {}).get("unknowns") or 1, 1) ** 1.3
 
 

@@ -45,12 +45,12 @@ def plain() -> Report:
 
 
 def line(entry: Entry) -> str:
-    """A finished entry in words: what, height, time, status."""
+    """A finished entry in words: what, answer, time, status."""
     from compare.study import label
-    from compare.table import height
+    from compare.table import answer, unit
 
-    value = height(entry)
-    result = "" if value is None else f" {value:.5f} m"
+    value = answer(entry)
+    result = "" if value is None else f" {value:.5f} {unit(entry.scene)}"
     seconds = "" if entry.wall_seconds is None else f" in {entry.wall_seconds:.2f} s"
     return f"{label(entry)}{result}{seconds}{'' if entry.ok else f' {entry.status}'}"
 
@@ -85,21 +85,21 @@ def _finished(entries: list[Entry]) -> RenderableType:
     from rich.table import Table
 
     from compare.study import level_name
-    from compare.table import height, paper_value, percent, rule, shown
+    from compare.table import answer, paper_value, percent, rule, shown, unit
 
     drawn = Table(box=SIMPLE, pad_edge=False, header_style="bold")
-    for heading in ("scene", "variant", "solver", "mesh", "points", "height m", "paper %", "s", "status"):
-        drawn.add_column(heading, justify="right" if heading in ("height m", "paper %", "s") else "left", no_wrap=True)
+    for heading in ("scene", "variant", "solver", "mesh", "points", "answer", "paper %", "s", "status"):
+        drawn.add_column(heading, justify="right" if heading in ("answer", "paper %", "s") else "left", no_wrap=True)
     for entry in entries:
-        paper = paper_value(entry)
+        paper, value = paper_value(entry), answer(entry)
         drawn.add_row(
             entry.scene.name,
             entry.variant or "",
             entry.solver,
             level_name(entry.level),
             rule(entry.level) or "",
-            shown("value", height(entry)),
-            shown("error_paper_percent", percent(height(entry), paper and paper.value)),
+            shown("value", value) + ("" if value is None else f" {unit(entry.scene)}"),
+            shown("error_paper_percent", percent(value, paper and paper.value)),
             shown("wall_seconds", entry.wall_seconds),
             entry.status,
             style=None if entry.ok else "red",

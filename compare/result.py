@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-SCHEMA = 1
+SCHEMA = 2  # 2 added frequencies
+READABLE = (1, 2)
 OK = "ok"
 
 
@@ -27,7 +28,8 @@ class ResultError(ValueError):
 class Outline:
     """Triangles of the body's true (grooved) surface, for pictures only.
 
-    points (n, 3) reference positions in m, displacement (n, 3) in m at the last output time,
+    points (n, 3) reference positions in m, displacement (n, 3) in m at the last output time, or modes
+    (k, n, 3): shapes of vibration, each scaled to the largest displacement 1; displacement is then zero.
     triangles (m, 3) indices of points, edges (k, 2) indices of points: lines of the mesh to draw.
     """
 
@@ -35,6 +37,7 @@ class Outline:
     displacement: np.ndarray
     triangles: np.ndarray
     edges: np.ndarray
+    modes: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ class Result:
     end at the last time that was reached. facts: further scalars worth a look, for example volume.
     load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
     the length of the path, in units of the linear response to a load parameter of 1.
+    frequencies (k,): natural frequencies in Hz, ascending, where the scene asks for modes: there are then
+    no times, and facts["rigid_modes"] counts the rigid motions of frequency 0 that are not among them.
     """
 
     scene: dict[str, Any]
@@ -72,6 +77,7 @@ class Result:
     facts: dict[str, float] = field(default_factory=dict)
     outline: Outline | None = None
     load_parameter: np.ndarray | None = None
+    frequencies: np.ndarray | None = None
 
     def position(self, probe: str) -> np.ndarray:
         """Path of a probe (t, 3) in m."""
@@ -80,23 +86,23 @@ class Result:
 
 
 ARRAYS = ("times", "probe_position", "displacement")
-PATH = "load_parameter"
-OUTLINE = ("points", "displacement", "triangles", "edges")
+OPTIONAL = ("frequencies", "load_parameter")
+OUTLINE = ("points", "displacement", "triangles", "edges", "modes")
 
 
 def save(result: Result, path: Path) -> None:
     """Write a result to `path` (.npz) in one atomic step: a killed run leaves the old file or none."""
-    header = {key: value for key, value in vars(result).items() if key not in (*ARRAYS, PATH, "energies", "outline")}
+    elsewhere = (*ARRAYS, *OPTIONAL, "energies", "outline")
+    header = {key: value for key, value in vars(result).items() if key not in elsewhere}
     header = {"schema": SCHEMA, **header}
-    arrays = {name: getattr(result, name) for name in ARRAYS}
+    arrays = {name: getattr(result, name) for name in (*ARRAYS, *OPTIONAL)}
     arrays |= {f"energy.{kind}": values for kind, values in result.energies.items()}
-    if result.load_parameter is not None:
-        arrays[PATH] = result.load_parameter
     if result.outline is not None:
         arrays |= {f"outline.{name}": getattr(result.outline, name) for name in OUTLINE}
     path.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-        np.savez_compressed(file, header=np.array(json.dumps(header)), **arrays)
+        stated = {name: values for name, values in arrays.items() if values is not None}
+        np.savez_compressed(file, header=np.array(json.dumps(header)), **stated)
     os.replace(file.name, path)
 
 
@@ -109,11 +115,11 @@ def load(path: Path) -> Result:
     except Exception as error:
         raise ResultError(f"{path}: not a result file: {error}") from error
     schema = header.pop("schema", None)
-    if schema != SCHEMA:
-        raise ResultError(f"{path}: result schema {schema}, this version reads {SCHEMA}")
+    if schema not in READABLE:
+        raise ResultError(f"{path}: result schema {schema}, this version reads {' and '.join(map(str, READABLE))}")
     header["probes"] = tuple(header["probes"])
     energies = {name.removeprefix("energy."): arrays[name] for name in arrays if name.startswith("energy.")}
     drawn = {name: arrays[f"outline.{name}"] for name in OUTLINE if f"outline.{name}" in arrays}
     outline = Outline(**drawn) if drawn else None
-    own = {name: arrays[name] for name in (*ARRAYS, PATH) if name in arrays}
-    return Result(**header, **own, energies=energies, outline=outline)
+    found = {name: arrays[name] for name in ARRAYS} | {name: arrays.get(name) for name in OPTIONAL}
+    return Result(**header, **found, energies=energies, outline=outline)

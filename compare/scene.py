@@ -168,6 +168,16 @@ class Analysis(Part):
     every: Positive = 1.0
 
 
+class Modes(Part):
+    """Natural frequencies of small vibrations about the undeformed plate: the `count` lowest elastic ones.
+
+    Rigid motions that the supports leave free have the frequency 0 and are not among them.
+    """
+
+    kind: Literal["modes"]
+    count: Count
+
+
 class AncfLevel(Part):
     """One resolution of the ANCF solver.
 
@@ -176,7 +186,7 @@ class AncfLevel(Part):
     element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
     time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
-    than the linear response to that increment.
+    than the linear response to that increment; modes have none.
     """
 
     mesh: Annotated[tuple[Count, Count], Pair]
@@ -184,12 +194,12 @@ class AncfLevel(Part):
     integration: Literal["subdomain", "global"] = "subdomain"
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
-    time_step: Positive
+    time_step: Positive | None = None
     budget: Budget = "standard"
 
 
 class ReferenceLevel(Part):
-    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s).
+    """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s; modes have none).
 
     error_per_step: the displacement error (m) that a time step may add at any node. Where it is stated,
     time_step is the largest step, and a step of larger estimated error is repeated with a smaller one.
@@ -197,7 +207,7 @@ class ReferenceLevel(Part):
 
     size: Positive
     integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
-    time_step: Positive
+    time_step: Positive | None = None
     error_per_step: Positive | None = None
     budget: Budget = "standard"
 
@@ -287,8 +297,8 @@ class Scene(Part):
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
     initial: Initial | None = None
-    probes: tuple[Probe, ...] = Field(min_length=1)
-    analysis: Analysis
+    probes: tuple[Probe, ...] = ()
+    analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
     ancf: Annotated[AncfLadder, Inherited] | None = None
     reference: Annotated[ReferenceLadder, Inherited] | None = None
     published: Published | None = None

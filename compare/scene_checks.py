@@ -12,6 +12,12 @@ from compare.scene_parts import History
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
+TIMELESS = {
+    "loads": "small vibrations about the undeformed plate, which no load has bent",
+    "initial": "found without a motion",
+    "probes": "told by their frequencies and have no height",
+    "published": "told by their frequencies, published values are heights",
+}
 CLAMPED = "this edge is already clamped by {first}"
 LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 
@@ -27,8 +33,9 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    checks = (_material, _supports, _pressures_and_moments, _histories, _initial, _times, _path, _points, _ladders)
-    for check in (*checks, _published, _companions, _sensitivity):
+    timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
+    checks = (_material, _supports, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
+    for check in (*checks, _points, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
 
 
@@ -97,7 +104,8 @@ def _material(scene: Scene) -> Iterator[str]:
     elif not -1 < nu < 0.5:
         yield f"{key} = {nu:g}: no stable elastic solid; state -1 < nu < 0.5"
     if scene.material.density is None:
-        reasons = ["dynamics"] * (scene.analysis.kind == "dynamic")
+        inertial = {"dynamic": "dynamics", "modes": "vibration"}
+        reasons = [inertial[kind] for kind in inertial if kind == scene.analysis.kind]
         reasons += ["gravity"] * any(load.kind == "gravity" for load in scene.loads)
         if reasons:
             yield f"material.density: this key is missing; {' and '.join(reasons)} cannot do without mass"
@@ -117,6 +125,25 @@ def _supports(scene: Scene) -> Iterator[str]:
             yield from _held(scene, i)
     if scene.analysis.kind == "static" and not scene.supports:
         yield "supports = []: statics without a support is singular; clamp an edge"
+
+
+def _timeless(scene: Scene) -> Iterator[str]:
+    """What a scene of modes states in vain: they are of the unloaded plate, have no time and no height."""
+    stated = {"loads": scene.loads, "initial": scene.initial, "probes": scene.probes, "published": scene.published}
+    for key, value in stated.items():
+        if value:
+            yield f"{key}: modes are {TIMELESS[key]}; leave this out or state another analysis.kind"
+    if scene.analysis.follow != "load":
+        yield f"analysis.follow = {scene.analysis.follow!r}: modes carry no load; leave this out"
+    for key, level in _levels(scene):
+        for name, nothing in (("time_step", None), ("error_per_step", None), ("integrator", "trapezoidal")):
+            if (value := getattr(level, name, nothing)) != nothing:
+                yield f"{key}.{name} = {_plain(value)}: modes take no steps in time; leave this out"
+
+
+def _probes(scene: Scene) -> Iterator[str]:
+    if not scene.probes:
+        yield "probes = []: needs at least one entry"
 
 
 def _held(scene: Scene, i: int) -> Iterator[str]:
@@ -176,6 +203,8 @@ def _initial(scene: Scene) -> Iterator[str]:
 
 
 def _times(scene: Scene) -> Iterator[str]:
+    levels = list(_levels(scene))
+    yield from (f"{key}.time_step: this key is missing" for key, level in levels if level.time_step is None)
     if scene.analysis.follow == "arc-length":
         return
     until, every = scene.analysis.until, scene.analysis.every
@@ -184,8 +213,9 @@ def _times(scene: Scene) -> Iterator[str]:
     if scene.analysis.kind == "static":
         yield from islice(_estimated_statics(scene), 1)
     steps = {}  # of the levels with one time step the first is named
-    for key, level in _levels(scene):
-        steps.setdefault((key.split(".levels")[0], level.time_step), key)
+    for key, level in levels:
+        if level.time_step is not None:
+            steps.setdefault((key.split(".levels")[0], level.time_step), key)
     for (_, step), key in steps.items():
         if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"

@@ -10,6 +10,7 @@ from pydantic import ValidationError
 SHOWN = 60
 TAGS = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
 TAGS |= {"clamp", "hold", "symmetry"}
+TAGS |= {"dynamic", "static", "modes"}
 LADDERS = {"ancf", "reference"}
 REASONS = {
     "extra_forbidden": "unknown key",
@@ -54,6 +55,8 @@ def _describe(detail: dict[str, Any], data: dict[str, Any]) -> str:
         return f"{_dotted([*keys, tag])} = {context['tag']!r}: must be one of {context['expected_tags']}"
     if kind == "union_tag_not_found":
         return f"{_dotted([*keys, context['discriminator'].strip(chr(39))])}: this key is missing"
+    if kind == "extra_forbidden" and tuple(detail["loc"][:2]) == ("analysis", "modes"):
+        return f"{_dotted(keys)} = {_shown(detail['input'])}: modes have no time; state their count alone"
     reason = REASONS.get(kind, detail["msg"].removeprefix("Value error, ").replace("Input should be", "must be"))
     shown = "" if kind == "missing" else f" = {_shown(detail['input'])}"
     return f"{_dotted(keys)}{shown}: {reason}"

@@ -56,7 +56,8 @@ class Entry:
     unchanged scene at that level, or None for a level of the ladder. result: None after a crash.
     status: "ok", the solver's own name of a failure, or "crashed: ..." with the reason; message:
     more about it. wall_seconds: least wall time of `repeats` runs in one process, without the start
-    of the process. fresh: solved now, not read from an earlier run.
+    of the process. fresh: solved now, not read from an earlier run. mode: which of the result's
+    frequencies, from 1, the entry stands for; None where it stands for the whole result.
     """
 
     scene: Scene
@@ -70,6 +71,7 @@ class Entry:
     repeats: int
     fresh: bool
     key: str
+    mode: int | None = None
 
     @property
     def ok(self) -> bool:

@@ -7,10 +7,11 @@ A row is a dict with exactly the keys of KEYS; null (None) where a key does not 
   the rule; 7x7x3 is exact for this element and SVK. null for the reference, whose rule is its own.
 - groove: "none", or the names of grooves and protrusions joined by "+". load: kinds of the loads joined by "+".
 - mesh: "4x4" elements, or "h=0.1" metres. level: index in its series (see `series`). h: metres.
-- value: height z (m) of the answer probe, the scene's first, at the last output time.
+- mode: number of the natural frequency, from 1, of a scene that asks for modes: a row each; null for a height.
+- value: height z (m) of the answer probe, the scene's first, at the last output time; of a mode its frequency (Hz).
 - paper: the printed height for that mesh, for the reference the printed converged one.
-- error_..._percent: 100 (value - against) / against, negative where the height is the smaller one;
-  reference: the finest successful reference level of the same scene.
+- error_..._percent: 100 (value - against) / against, negative where the value is the smaller one;
+  reference: the finest successful reference level of the same scene, for a mode its mode of the same number.
 - order, sequence, extrapolated, gci_percent: of the series' levels up to that row (convergence.study,
   with `highest_order`).
 - wall_seconds: least of the runs. peak_mb: MiB of the whole process. status: "ok" or the failure's name.
@@ -24,18 +25,19 @@ import csv
 import io
 import json
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from compare.convergence import Convergence, study
 from compare.exact import Value, cross_code, published, reentrant_order
-from compare.scene import Level
+from compare.scene import Level, Scene
 from compare.study import AS_STATED, Entry, level_name
 
 if TYPE_CHECKING:
     from rich.table import Table
 
 KEYS = (
-    *("solver", "element", "rule", "groove", "load", "mesh", "level", "unknowns", "h", "value"),
+    *("solver", "element", "rule", "groove", "load", "mode", "mesh", "level", "unknowns", "h", "value"),
     *("paper", "error_paper_percent", "error_reference_percent", "order", "sequence", "extrapolated", "gci_percent"),
     *("wall_seconds", "peak_mb", "newton_iterations", "status"),
 )
@@ -44,21 +46,33 @@ Row = dict[str, Any]
 
 
 def rows(entries: list[Entry]) -> list[Row]:
-    """One row per ladder entry, in the order of the entries."""
+    """One row per entry of `in_ladders`."""
     ladder = in_ladders(entries)
     found = convergences(ladder)
     return [_row(entry, ladder, convergence) for entry, convergence in zip(ladder, found, strict=True)]
 
 
 def in_ladders(entries: list[Entry]) -> list[Entry]:
-    """The entries that rows stand for: those of the scenes as they are stated, level by level."""
-    return [entry for entry in entries if entry.variant is None]
+    """The entries that rows stand for: those of the scenes as they are stated, level by level.
+
+    Where a scene asks for modes each entry stands there once per mode, all levels of a mode together.
+    """
+    stated = [entry for entry in entries if entry.variant is None]
+    single = [each for entry in stated for each in _modes(entry)]
+    order = {name: place for place, name in enumerate(dict.fromkeys(entry.scene.name for entry in stated))}
+    return sorted(single, key=lambda entry: (order[entry.scene.name], entry.mode or 0))
+
+
+def _modes(entry: Entry) -> list[Entry]:
+    if entry.mode is not None or entry.scene.analysis.kind != "modes":
+        return [entry]
+    return [replace(entry, mode=mode) for mode in range(1, entry.scene.analysis.count + 1)]
 
 
 def series(entry: Entry) -> tuple[Any, ...]:
-    """What the levels of one convergence series share: scene, solver, element, rule, integrator, time step,
+    """What the levels of one convergence series share: scene, mode, solver, element, rule, integrator, time step,
     allowed error per step."""
-    return (entry.scene.name, entry.solver, *_kind(entry.level))
+    return (entry.scene.name, entry.mode, entry.solver, *_kind(entry.level))
 
 
 def _kind(level: Level) -> tuple[Any, ...]:
@@ -80,12 +94,12 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
     failed = [other for other in group[: group.index(entry)] if not other.ok]
     if failed:
         reason = ", ".join(f"{level_name(other.level)} {other.status}" for other in failed)
-        return Convergence(None, refused=f"failed level: {reason}", value=height(entry))
+        return Convergence(None, refused=f"failed level: {reason}", value=answer(entry))
     coarser = [other for other in group if other.ok and other.result.h >= entry.result.h]
     h = [other.result.h for other in coarser]
     if len(set(h)) < len(h):
-        return Convergence(None, refused="two levels of equal h", value=height(entry))
-    return study(h, [height(other) for other in coarser], highest=highest_order(entry))
+        return Convergence(None, refused="two levels of equal h", value=answer(entry))
+    return study(h, [answer(other) for other in coarser], highest=highest_order(entry))
 
 
 def highest_order(entry: Entry) -> float:
@@ -97,15 +111,16 @@ def highest_order(entry: Entry) -> float:
 
 
 def _row(entry: Entry, entries: list[Entry], found: Convergence) -> Row:
-    result, value = entry.result, height(entry)
+    result, value = entry.result, answer(entry)
     paper, finest = paper_value(entry), finest_reference(entry, entries)
-    against = None if finest is None or finest is entry else height(finest)
+    against = None if finest is None or finest is entry else answer(finest)
     row = {
         "solver": entry.solver,
         "element": element(entry.level),
         "rule": rule(entry.level),
         "groove": groove(entry),
         "load": "+".join(dict.fromkeys(load.kind for load in entry.scene.loads)) or "none",
+        "mode": entry.mode,
         "mesh": level_name(entry.level),
         "level": _index(entry),
         "unknowns": result and result.unknowns,
@@ -144,7 +159,7 @@ def _judgement(entry: Entry, entries: list[Entry], found: Convergence) -> dict[s
     reference = None
     if finest is not None and finest is not entry:
         source = f"{finest.result.solver} {finest.result.version}, finest successful level"
-        reference = {"kind": "cross-code", "source": source, "cell": level_name(finest.level), "value": height(finest)}
+        reference = {"kind": "cross-code", "source": source, "cell": level_name(finest.level), "value": answer(finest)}
     return {
         "scene": entry.scene.name,
         "key": entry.key,
@@ -161,14 +176,14 @@ def described(value: Value) -> dict[str, Any]:
 
 
 def sensitivity(entries: list[Entry]) -> list[dict[str, Any]]:
-    """One dict per sensitivity variant: scene, variant, solver, mesh, rule, value (m), change_m,
-    change_percent against the unchanged scene at the same level, paper, error_paper_percent, status."""
-    stated = {(e.scene.name, e.solver): height(e) for e in entries if e.variant == AS_STATED}
+    """One dict per sensitivity variant: scene, variant, solver, mesh, rule, unit, value (of modes the first), change
+    and change_percent against the unchanged scene at the same level, paper, error_paper_percent, status."""
+    stated = {(e.scene.name, e.solver): answer(e) for e in entries if e.variant == AS_STATED}
     found = []
     for entry in entries:
         if entry.variant is None:
             continue
-        value, base, paper = height(entry), stated.get((entry.scene.name, entry.solver)), paper_value(entry)
+        value, base, paper = answer(entry), stated.get((entry.scene.name, entry.solver)), paper_value(entry)
         found.append(
             {
                 "scene": entry.scene.name,
@@ -176,8 +191,9 @@ def sensitivity(entries: list[Entry]) -> list[dict[str, Any]]:
                 "solver": entry.solver,
                 "mesh": level_name(entry.level),
                 "rule": rule(entry.level),
+                "unit": unit(entry.scene),
                 "value": value,
-                "change_m": None if None in (value, base) else value - base,
+                "change": None if None in (value, base) else value - base,
                 "change_percent": percent(value, base),
                 "paper": paper and paper.value,
                 "error_paper_percent": percent(value, paper and paper.value),
@@ -205,6 +221,26 @@ def groove(entry: Entry) -> str:
     return "+".join(band.name for band in (*entry.scene.grooves, *entry.scene.protrusions)) or "none"
 
 
+def unit(scene: Scene) -> str:
+    """Unit of the scene's answer."""
+    return "Hz" if scene.analysis.kind == "modes" else "m"
+
+
+def quantity(scene: Scene, mode: int | None = None) -> str:
+    """What the scene's answer is, in words; of a scene that asks for modes the first unless another one is named."""
+    return f"frequency of mode {mode or 1}" if scene.analysis.kind == "modes" else f"height of {scene.probes[0].name}"
+
+
+def answer(entry: Entry) -> float | None:
+    """What the scene asks for: a height (m), or the frequency (Hz) of the entry's mode, the first where none is named.
+
+    None unless the status is ok.
+    """
+    if entry.scene.analysis.kind != "modes":
+        return height(entry)
+    return float(entry.result.frequencies[(entry.mode or 1) - 1]) if entry.ok else None
+
+
 def height(entry: Entry) -> float | None:
     """z (m) of the answer probe, the scene's first, at the last output time; None unless the status is ok."""
     if not entry.ok:
@@ -224,8 +260,9 @@ def paper_value(entry: Entry) -> Value | None:
 
 
 def finest_reference(entry: Entry, entries: list[Entry]) -> Entry | None:
-    """The finest successful reference entry of the same scene."""
-    same = [e for e in entries if e.solver == "reference" and e.scene.name == entry.scene.name and e.ok]
+    """The finest successful reference entry of the same scene and mode."""
+    about = (entry.scene.name, entry.mode)
+    same = [e for e in entries if e.solver == "reference" and (e.scene.name, e.mode) == about and e.ok]
     return min(same, key=lambda e: e.result.h, default=None)
 
 
@@ -277,6 +314,7 @@ def shown(key: str, value: Any) -> str:
 
 
 HEADINGS = {
+    "mode": "mode",
     "mesh": "mesh",
     "rule": "rule",
     "unknowns": "unknowns",
@@ -294,6 +332,9 @@ HEADINGS = {
 }
 
 
+IN_HERTZ = {"value": "frequency Hz", "extrapolated": "Richardson Hz"}
+
+
 def as_terminal(table: list[Row]) -> list[Table]:
     """One rich table per solver, groove and load."""
     from rich.box import SIMPLE
@@ -304,11 +345,13 @@ def as_terminal(table: list[Row]) -> list[Table]:
         groups.setdefault((row["solver"], row["element"], row["groove"], row["load"]), []).append(row)
     found = []
     for (solver, element_name, groove_name, load), members in groups.items():
-        title = f"{solver} ({element_name}), groove: {groove_name}, load: {load}"
+        vibrates = members[0]["mode"] is not None
+        title = f"{solver} ({element_name}), groove: {groove_name}, " + ("modes" if vibrates else f"load: {load}")
         drawn = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1), pad_edge=False)
-        kept = [key for key in HEADINGS if any(row[key] is not None for row in members)]
+        heading = HEADINGS | (IN_HERTZ if vibrates else {})
+        kept = [key for key in heading if any(row[key] is not None for row in members)]
         for key in kept:
-            drawn.add_column(HEADINGS[key], justify="left" if key in ("sequence", "status") else "right")
+            drawn.add_column(heading[key], justify="left" if key in ("sequence", "status") else "right")
         for row in members:
             drawn.add_row(*(shown(key, row[key]) for key in kept), style=None if row["status"] == "ok" else "red")
         found.append(drawn)

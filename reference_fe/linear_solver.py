@@ -8,6 +8,8 @@ pattern once, and offer the same three calls: factorise(values), solve(right_han
 from __future__ import annotations
 
 import ctypes
+import os
+from importlib.metadata import PackageNotFoundError, files
 
 import numpy as np
 from scipy.sparse import csc_matrix, csr_matrix
@@ -40,6 +42,7 @@ class Pardiso:
     def __init__(self, indptr: np.ndarray, indices: np.ndarray):
         from pypardiso.pardiso_wrapper import PyPardisoSolver
 
+        _tell_where_mkl_is()
         self._handle = PyPardisoSolver(mtype=-2)
         self._rows = np.ascontiguousarray(indptr + 1, dtype=np.int32)
         self._columns = np.ascontiguousarray(indices + 1, dtype=np.int32)
@@ -96,6 +99,19 @@ class Pardiso:
             self._analysed = False
 
     __del__ = close
+
+
+def _tell_where_mkl_is() -> None:
+    """Name MKL's library by its own package, unless the environment names one.
+
+    pypardiso would search all installed files for it, 0.14 s of CPU for each solver that is made.
+    """
+    try:
+        found = next((file.locate() for file in files("mkl") or () if "mkl_rt" in file.name), None)
+    except PackageNotFoundError:
+        return
+    if found is not None:
+        os.environ.setdefault("PYPARDISO_MKL_RT", str(found))
 
 
 class SuperLU:

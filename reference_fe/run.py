@@ -10,6 +10,8 @@ Readings a solver must choose:
 - An initial angular velocity turns about the origin of space.
 - h is the level's size: every edge length that the mesh is asked for is a fixed multiple of it. The mean
   volume of the tetrahedra is no measure, because in a thin plate it falls with the square of the size.
+- Modes are small vibrations about the undeformed solid. Rigid motions that the supports leave free are counted,
+  not listed.
 - Steps divide each output interval evenly and are never longer than the level's time step. With
   error_per_step they are halved and doubled between output times and the corners of the load histories.
 """
@@ -35,6 +37,7 @@ from reference_fe.estimate import memory_mb, tetrahedra, unknowns
 from reference_fe.geometry import Band, Curve, Interval, MeshError, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
 from reference_fe.mesh import Solid, Spacing, make, store
+from reference_fe.modes import ModesFailure, vibration
 from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
@@ -54,9 +57,9 @@ def solve(
     """The scene at one resolution; `progress` is told the fraction done, the mesh is stored in `mesh_folder`.
 
     A failure of meshing or of Newton is a named status of the Result. Raises ValueError where a
-    dynamic scene states no density.
+    scene with inertia states no density.
     """
-    if scene.material.density is None and (scene.analysis.kind == "dynamic" or _has_gravity(scene)):
+    if scene.material.density is None and (scene.analysis.kind != "static" or _has_gravity(scene)):
         raise ValueError(f"{scene.name}: material.density is missing: inertia and gravity need it")
     start, cpu = clock.perf_counter(), clock.process_time()
     try:
@@ -69,25 +72,63 @@ def solve(
         model = discretise(scene, frame, solid)
     except MeshError as error:
         return _nothing(scene, level, error)
-    history = _march(scene, level, model, progress or (lambda fraction: None))
+    answer = _vibrating if scene.analysis.kind == "modes" else _moved
+    found, facts = answer(scene, level, model, progress or (lambda fraction: None))
     return Result(
         **_header(scene, level),
+        **found,
         h=level.size,
         unknowns=model.system.unknowns,
+        seconds=clock.perf_counter() - start,
+        cpu_seconds=clock.process_time() - cpu,
+        peak_mb=_peak_mb(),
+        facts=_facts(model) | facts | {"mesh_seconds": mesh_seconds},
+    )
+
+
+def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
+    """What a Result says of statics or dynamics, and facts."""
+    history = _march(scene, level, model, progress)
+    found = dict(
         times=np.array(history.times),
-        probe_position=np.array(model.probes) @ solid.mesh.doflocs.T,
+        probe_position=np.array(model.probes) @ model.solid.mesh.doflocs.T,
         displacement=np.array(history.displacement).reshape(-1, len(model.probes), 3),
         energies={kind: np.array(values) for kind, values in history.energies.items()},
         status=history.status,
         message=history.message,
-        seconds=clock.perf_counter() - start,
-        cpu_seconds=clock.process_time() - cpu,
-        peak_mb=_peak_mb(),
         steps=history.steps,
         newton_iterations=model.memory.iterations,
-        facts=_facts(model) | history.facts | {"mesh_seconds": mesh_seconds},
-        outline=_outline(solid, history.last),
+        outline=_outline(model.solid, history.last),
     )
+    return found, history.facts
+
+
+def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
+    """What a Result says of modes, and facts."""
+    material, points = scene.material, model.solid.mesh.doflocs.T
+    longest = float(np.linalg.norm(np.ptp(points, axis=0)))
+    slow = material.youngs_modulus * scene.thickness**2 / (material.density * longest**4)  # 1/s2, as a plate's lowest
+    frequencies, shapes, facts, failed = np.empty(0), None, {}, {}
+    try:
+        modes = vibration(model.system, model.memory.solver, points, scene.analysis.count, slow)
+        frequencies, shapes = modes.frequencies, modes.shapes
+        facts = {"rigid_modes": modes.rigid, "solves": modes.solves}
+        progress(1.0)
+    except ModesFailure as failure:
+        failed = {"status": failure.status, "message": str(failure)}
+    except MemoryError as error:
+        failed = {"status": "out_of_memory", "message": str(error)}
+    model.memory.solver.close()
+    found = dict(
+        times=np.empty(0),
+        probe_position=np.empty((0, 3)),
+        displacement=np.empty((0, 0, 3)),
+        energies={},
+        frequencies=frequencies,
+        outline=_outline(model.solid, np.zeros_like(points), shapes),
+        **failed,
+    )
+    return found, facts
 
 
 @dataclass(frozen=True)
@@ -340,10 +381,12 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
 
 def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
     """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
+    small = scene.analysis.kind == "modes"
+    strain = "small vibrations about the undeformed one" if small else "total Lagrangian, large rotation and strain"
     curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
     modelled = [
         f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
-        "St. Venant-Kirchhoff solid, total Lagrangian, large rotation and strain, exact integration",
+        f"St. Venant-Kirchhoff solid, {strain}, exact integration",
         _marching_words(scene, level),
         *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
         *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
@@ -368,6 +411,8 @@ def _support_words(support) -> str:
 def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
     """How time or load is stepped."""
     step, allowed = level.time_step, level.error_per_step
+    if scene.analysis.kind == "modes":
+        return f"the {scene.analysis.count} lowest elastic modes, shift-invert Lanczos iteration"
     if scene.analysis.kind == "static":
         return f"statics in load steps of {step:g}"
     chosen = f" at most, each adding no more than {allowed:g} m of estimated error" if allowed else ""
@@ -381,7 +426,7 @@ def _absent(scene: Scene) -> dict[str, bool]:
         "grooves": bool(scene.grooves),
         "supports": bool(scene.supports),
         "initial velocity": scene.initial is not None,
-        "inertia": scene.analysis.kind == "dynamic",
+        "inertia": scene.analysis.kind != "static",
     }
 
 
@@ -461,10 +506,13 @@ def _facts(model: Model) -> dict[str, float]:
     return facts if model.mass is None else {**facts, "mass": model.mass}
 
 
-def _outline(solid: Solid, displacement: np.ndarray) -> Outline:
-    """The surface with the displacement (n, 3) of all nodes."""
+def _outline(solid: Solid, displacement: np.ndarray, shapes: np.ndarray | None = None) -> Outline:
+    """The surface with the displacement (n, 3) of all nodes; shapes (k, n, 3) are scaled to the largest size 1."""
     nodes, triangles, edges = surface_triangles(solid)
-    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges)
+    modes = None
+    if shapes is not None:
+        modes = shapes[:, nodes] / np.linalg.norm(shapes[:, nodes], axis=2).max(axis=1)[:, None, None]
+    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes)
 
 
 def _peak_mb() -> float:

@@ -11,7 +11,7 @@ from compare.exact import cross_code, published
 from compare.provenance import provenance
 from compare.scene import BUDGETS, Scene
 from compare.study import Entry
-from compare.table import convergences, element, height, in_ladders, percent, rule, sensitivity, series
+from compare.table import answer, convergences, element, in_ladders, percent, rule, sensitivity, series, unit
 from compare.verdict import Figure
 
 NAMES = {"ancf": "ANCF", "reference": "reference"}
@@ -19,7 +19,7 @@ NAMES = {"ancf": "ANCF", "reference": "reference"}
 
 @dataclass(frozen=True)
 class Ladder:
-    """One series of levels of one scene and solver, coarse to fine."""
+    """One series of levels of one scene, mode (None where the answer is a height) and solver, coarse to fine."""
 
     scene: Scene
     entries: tuple[Entry, ...]
@@ -33,6 +33,11 @@ class Ladder:
         return self.entries[0].solver
 
     @property
+    def mode(self) -> int | None:
+        """Number of the natural frequency."""
+        return self.entries[0].mode
+
+    @property
     def solved(self) -> tuple[Entry, ...]:
         """Levels that succeeded."""
         return tuple(entry for entry in self.entries if entry.ok)
@@ -44,8 +49,8 @@ class Ladder:
 
     @property
     def values(self) -> list[float]:
-        """Heights (m) of the answer probe."""
-        return [height(entry) for entry in self.solved]
+        """Answers: heights (m) of the answer probe, or frequencies (Hz) of the mode."""
+        return [answer(entry) for entry in self.solved]
 
     @property
     def finest(self) -> Entry | None:
@@ -59,13 +64,22 @@ def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
     for entry in in_ladders(list(entries)):
         if entry.scene.name == scene:
             groups.setdefault(series(entry), []).append(entry)
-    found, plain = [], 0
+    found, plain = [], set()
     for members in groups.values():
-        label, role = NAMES[members[0].solver], "reference"
+        label, role, mode = NAMES[members[0].solver], "reference", members[0].mode
         if members[0].solver == "ancf":
-            label, role, plain = _plate_label(members[0]), "ancf exact" if plain else "ancf", plain + 1
+            label, role = _plate_label(members[0]), "ancf exact" if mode in plain else "ancf"
+            plain.add(mode)
         found.append(Ladder(members[0].scene, tuple(members), label, role, convergences(members)[-1]))
     return found
+
+
+def by_mode(found: Sequence[Ladder]) -> list[list[Ladder]]:
+    """The ladders of a scene, those of one mode together; all of them where the answer is a height."""
+    groups: dict[int | None, list[Ladder]] = {}
+    for ladder in found:
+        groups.setdefault(ladder.mode, []).append(ladder)
+    return list(groups.values())
 
 
 def scenes(entries: Iterable[Entry]) -> list[Scene]:
@@ -90,7 +104,7 @@ def band_words(ladder: Ladder) -> str:
     seen = ladder.convergence
     if seen.band is None:
         return f"No band: {seen.refused}."
-    limits = f"{seen.band.lower:.5f} to {seen.band.upper:.5f} m".replace("-", "\u2212")
+    limits = f"{seen.band.lower:.5f} to {seen.band.upper:.5f} {unit(ladder.scene)}".replace("-", "\u2212")
     order = f"order {seen.order:.2f}"
     if seen.taken < seen.order:
         order += f" (band drawn with {seen.taken:.2f}, the limit at re-entrant edges)"
@@ -112,11 +126,13 @@ def page_content(entries: Sequence[Entry], rows: Sequence[dict[str, Any]], judge
 
 
 def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
-    """What each ladder says about its limit: sequence type, order, Richardson value and band (m), or the refusal."""
+    """What each ladder says about its limit: sequence type, order, Richardson value and band, or the refusal."""
     return [
         {
             "scene": ladder.scene.name,
             "ladder": ladder.label,
+            "mode": ladder.mode,
+            "unit": unit(ladder.scene),
             "levels": len(ladder.solved),
             "sequence": ladder.convergence.sequence,
             "order": ladder.convergence.order,
@@ -135,12 +151,11 @@ def convergence(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def limit_errors(entries: Sequence[Entry]) -> list[float | None]:
     """For each row of the table its difference from its own series' Richardson value (percent), None without one."""
     limits = {
-        id(entry): ladder.convergence.extrapolated
+        series(ladder.entries[0]): ladder.convergence.extrapolated
         for scene in scenes(entries)
         for ladder in ladders(entries, scene.name)
-        for entry in ladder.entries
     }
-    return [percent(height(entry), limits[id(entry)]) for entry in in_ladders(list(entries))]
+    return [percent(answer(entry), limits[series(entry)]) for entry in in_ladders(list(entries))]
 
 
 def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
@@ -150,7 +165,7 @@ def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
         finest = {}
         for ladder in ladders(entries, scene.name):
             finest.setdefault(ladder.solver, ladder.finest)
-        heights = {solver: height(entry) for solver, entry in finest.items() if entry}
+        heights = {solver: answer(entry) for solver, entry in finest.items() if entry}
         for value in (*published(scene), *cross_code(scene)):
             if value.mesh is None:
                 line = {"scene": scene.name, "kind": value.kind, "source": value.source, "cell": value.cell}
@@ -161,7 +176,7 @@ def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 
 
 def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:
-    """The value (m) that plotted errors are measured from, and what it is: the best that there is.
+    """The value that plotted errors are measured from, and what it is: the best that there is.
 
     First the reference's Richardson value, then the printed converged value, then finest levels.
     """
@@ -173,5 +188,5 @@ def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:
         return stated.converged.value, f"the printed value ({stated.converged.cell})"
     for ladder in best:
         if ladder.finest:
-            return height(ladder.finest), f"the finest {ladder.label} level"
+            return answer(ladder.finest), f"the finest {ladder.label} level"
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,11 +19,12 @@ from compare.result import Result
 from compare.scene import Rectangle, Scene
 from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
-from compare.table import height, in_ladders, judgements, percent
+from compare.table import answer, in_ladders, judgements, percent, quantity, unit
 from compare.verdict import Figure
-from reports.ladders import NAMES, Ladder, error_target, ladders, limit_errors, scenes
+from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, limit_errors, scenes
 
 COLUMNS = (
+    Column("mode", "mode", "d"),
     Column("mesh", "mesh"),
     Column("solver", "solver"),
     Column("element", "element"),
@@ -44,6 +46,12 @@ COLUMNS = (
     Column("newton_iterations", "Newton", ",d", "iterations"),
     Column("status", "status"),
 )
+PICTURED = 6  # modes at most
+REACH = 0.1  # of the plate's size: the largest displacement of a pictured mode
+IN_HERTZ = {
+    "value": Column("value", "frequency", ".6g", "Hz"),
+    "extrapolated": Column("extrapolated", "Richardson", ".6g", "Hz"),
+}
 
 
 def scene_section(stated: Sequence[Scene]) -> Section:
@@ -69,8 +77,10 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
     for scene in scenes(entries):
         chosen = [i for i, entry in enumerate(kept) if entry.scene.name == scene.name]
         groove, load = rows[chosen[0]]["groove"], rows[chosen[0]]["load"]
-        caption = f"{scene.title} (groove: {groove}; load: {load})"
-        columns = [c for c in COLUMNS if any(rows[i].get(c.key) is not None for i in chosen)]
+        vibrates = scene.analysis.kind == "modes"
+        caption = f"{scene.title} (groove: {groove}{'' if vibrates else f'; load: {load}'})"
+        columns = [IN_HERTZ.get(c.key, c) if vibrates else c for c in COLUMNS]
+        columns = [c for c in columns if any(rows[i].get(c.key) is not None for i in chosen)]
         shown = [kept[i] for i in chosen]
         notes = [*_judged(scene, [judged[i] for i in chosen]), _timed(shown), *_failed(shown)]
         blocks.append(Table(caption, columns, [rows[i] for i in chosen], notes))
@@ -79,13 +89,15 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
 
 def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:
     """What the columns of a scene's table are judged against."""
-    notes = ["Differences in percent of the value they are judged against; positive: farther from z = 0."]
+    vibrates = scene.analysis.kind == "modes"
+    positive = "the higher frequency" if vibrates else "farther from z = 0"
+    notes = [f"Differences in percent of the value they are judged against; positive: {positive}."]
     if scene.published:
         printed = f"paper, vs paper: published, {scene.published.source}, the row of the same mesh"
         notes.append(printed + (", for the reference its converged row." if scene.published.converged else "."))
     reference = next((found["reference"] for found in judged if found["reference"]), None)
     if reference:
-        value = f"{reference['value']:.5f} m".replace("-", "\u2212")
+        value = "the same mode" if vibrates else f"{reference['value']:.5f} m".replace("-", "\u2212")
         notes.append(f"vs reference: {reference['kind']}, {reference['source']} ({reference['cell']}, {value}).")
     notes.append(
         "vs limit: the Richardson value of the whole series, where it has one (see the limits of the ladders)."
@@ -102,14 +114,14 @@ def _timed(entries: Sequence[Entry]) -> str:
 
 
 def _failed(entries: Sequence[Entry]) -> list[str]:
-    return [f"{NAMES[e.solver]} {level_name(e.level)}: {e.status}. {e.message}" for e in entries if not e.ok]
+    failed = [f"{NAMES[e.solver]} {level_name(e.level)}: {e.status}. {e.message}" for e in entries if not e.ok]
+    return list(dict.fromkeys(failed))
 
 
 def plot_sections(entries: Sequence[Entry]) -> list[Section]:
-    """Value against h, error against h, error against time and histories, one plot per scene in each."""
+    """Value against h, error against h, error against time and histories, one plot per scene and mode in each."""
     values, errors, work, paths = [], [], [], []
-    for scene in scenes(entries):
-        found = ladders(entries, scene.name)
+    for scene, found in ((s, found) for s in scenes(entries) for found in by_mode(ladders(entries, s.name))):
         if not any(ladder.solved for ladder in found):
             continue
         values.append(_value_plot(scene, found))
@@ -117,7 +129,7 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
         if target and any(error > 0 for ladder in found for error in _errors(ladder, target[0])):
             errors.append(_error_plot(scene, found, *target))
             work.append(_work_plot(scene, found, *target))
-        paths.append(_history_plot(scene, found))
+        paths.append(None if scene.analysis.kind == "modes" else _history_plot(scene, found))
     paths = [path for path in paths if path]
     if len(values) == 1:
         return [Section("plots", "Value, error, work and path", [Plots([*values, *errors, *work, *paths])], "Plots")]
@@ -125,8 +137,14 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
         Section("values", "Value against element size", [Plots(values)], "Value against h"),
         Section("errors", "Error against element size", [Plots(errors)], "Error against h"),
         Section("work", "Error against time", [Plots(work)]),
-        Section("history", "The path of the answer", [Plots(paths)], "Path"),
+        *([Section("history", "The path of the answer", [Plots(paths)], "Path")] if paths else []),
     ]
+
+
+def _titled(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str]:
+    """Name and title of the plots of one height or mode."""
+    mode = found[0].mode
+    return (f"{scene.name}-mode-{mode}", f"{scene.title}, mode {mode}") if mode else (scene.name, scene.title)
 
 
 def _value_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str]:
@@ -139,17 +157,18 @@ def _value_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str]:
         if scene.published.converged:
             limits.append(plots.Limit("paper, converged", "paper", scene.published.converged.value))
     refused = [f"{f.label}: {f.convergence.refused}" for f in found if f.convergence.refused]
-    caption = f"{scene.title}. Right, magnified: finest value and its GCI band, hollow the Richardson value."
+    name, title = _titled(scene, found)
+    caption = f"{title}. Right, magnified: finest value and its GCI band, hollow the Richardson value."
     caption += f" No band for {'; '.join(refused)}." if refused else ""
-    about = f"Height of {scene.probes[0].name} over element size for {', '.join(line.label for line in lines)}."
-    ylabel = f"height of {scene.probes[0].name} (m)"
-    return plots.value_plot(f"values-{scene.name}", scene.title, about, ylabel, lines, limits), caption
+    what = quantity(scene, found[0].mode)
+    about = f"{what[0].upper()}{what[1:]} over element size for {', '.join(line.label for line in lines)}."
+    return plots.value_plot(f"values-{name}", title, about, f"{what} ({unit(scene)})", lines, limits), caption
 
 
 def _limit(ladder: Ladder) -> plots.Limit:
     seen, band = ladder.convergence, ladder.convergence.band
     ends = (band.lower, band.upper) if band else (None, None)
-    return plots.Limit(ladder.label, ladder.role, height(ladder.finest), seen.extrapolated, *ends)
+    return plots.Limit(ladder.label, ladder.role, answer(ladder.finest), seen.extrapolated, *ends)
 
 
 def _errors(ladder: Ladder, target: float) -> list[float]:
@@ -165,9 +184,10 @@ def _error_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str)
             slopes = pairwise_orders([h for h, _ in shown], [e for _, e in shown]) if len(shown) > 1 else []
             slope = f", slope {slopes[-1]:.2f}".replace("-", "\u2212") if slopes else ""
             lines.append(plots.Series(ladder.label + slope, ladder.role, [h for h, _ in shown], [e for _, e in shown]))
-    caption = f"{scene.title}. Difference from {what}; slope: observed between the two finest levels shown."
+    name, title = _titled(scene, found)
+    caption = f"{title}. Difference from {what}; slope: observed between the two finest levels shown."
     drawn = plots.log_plot(
-        f"errors-{scene.name}", f"Error: {scene.title}", caption, lines, "element size h (m)", "|difference| (%)"
+        f"errors-{name}", f"Error: {title}", caption, lines, "element size h (m)", "|difference| (%)"
     )
     return drawn, caption
 
@@ -176,10 +196,9 @@ def _work_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str) 
     lines = [
         plots.Series(f.label, f.role, [e.wall_seconds for e in f.solved], _errors(f, target)) for f in found if f.solved
     ]
-    caption = f"{scene.title}. Difference from {what} against wall time, one thread, least of the runs."
-    drawn = plots.log_plot(
-        f"work-{scene.name}", f"Work: {scene.title}", caption, lines, "wall time (s)", "|difference| (%)"
-    )
+    name, title = _titled(scene, found)
+    caption = f"{title}. Difference from {what} against wall time, one thread, least of the runs."
+    drawn = plots.log_plot(f"work-{name}", f"Work: {title}", caption, lines, "wall time (s)", "|difference| (%)")
     return drawn, caption
 
 
@@ -248,12 +267,14 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
     """How the answer moves when an assumption is changed."""
     if not changes:
         return None
+    measured = changes[0]["unit"]
+    what = "height" if measured == "m" else "first frequency"
     columns = [
         Column("variant", "variant"),
         Column("solver", "solver"),
         Column("mesh", "mesh"),
         Column("rule", "rule"),
-        Column("value", "value", ".5f", "m"),
+        Column("value", "value", ".5f", measured),
         Column("change_percent", "change", "+.3f", "%"),
         Column("paper", "paper", ".4f", "m"),
         Column("error_paper_percent", "vs paper", "+.3f", "%"),
@@ -265,8 +286,10 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
         plots.Bar(row["variant"] + (f" ({NAMES[row['solver']]})" if many else ""), row["solver"], row["change_percent"])
         for row in moved
     ]
-    words = "Change of the height when one assumption is another, in percent of it as stated; positive: farther from 0."
-    drawn = plots.bar_plot("sensitivity", "Sensitivity", words, bars, "change of the height (%)")
+    words = (
+        f"Change of the {what} when one assumption is another, in percent of it as stated; positive: farther from 0."
+    )
+    drawn = plots.bar_plot("sensitivity", "Sensitivity", words, bars, f"change of the {what} (%)")
     blocks = [Plots([(drawn, words)])] if bars else []
     return Section(
         "sensitivity", "If an assumption were another", [*blocks, Table("Variants", columns, changes)], "Sensitivity"
@@ -275,19 +298,22 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
 
 def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
     """Table of the ladders' limits."""
-    columns = (
+    columns = [
         Column("scene", "scene"),
         Column("ladder", "ladder"),
+        Column("mode", "mode", "d"),
         Column("levels", "levels", "d"),
         Column("sequence", "sequence"),
         Column("order", "order", ".2f", "observed"),
         Column("taken", "order", ".2f", "taken"),
-        Column("extrapolated", "Richardson", ".5f", "m"),
-        Column("lower", "band from", ".5f", "m"),
-        Column("upper", "to", ".5f", "m"),
+        Column("extrapolated", "Richardson", ".5f"),
+        Column("lower", "band from", ".5f"),
+        Column("upper", "to", ".5f"),
+        Column("unit", "unit"),
         Column("gci_percent", "half width", ".3f", "%"),
         Column("refused", "no band because", "wrap"),
-    )
+    ]
+    columns = [c for c in columns if c.key != "mode" or any(row["mode"] for row in found)]
     notes = [
         "Band: finest value ± grid convergence index (Roache, safety factor 1.25 on three levels), a statement about "
         "the discretisation error of one model, not about the distance between two.",
@@ -321,12 +347,28 @@ def picture_section(entries: Sequence[Entry], chosen: Sequence[str]) -> Section:
 
 def _jobs(entries: Sequence[Entry], name: str) -> list[figures.Job]:
     """The pictures of one scene, solvers side by side."""
-    finest = [f.finest for f in ladders(entries, name) if f.role != "ancf exact" and f.finest]
-    drawn = [entry for entry in finest if entry.result.outline is not None]
+    found = [f for f in ladders(entries, name) if f.role != "ancf exact" and f.finest and f.mode in (None, 1)]
+    drawn = [f.finest for f in found if f.finest.result.outline is not None]
+    vibrate = any(entry.result.outline.modes is not None for entry in drawn)
     greatest = max((_reach(entry) for entry in drawn), default=0.0)
-    views = ("mesh", "section", "deformed")
+    views = ("mesh", "section") if vibrate else ("mesh", "section", "deformed")
     jobs = [_job(view, entry, greatest) for view in views for entry in drawn]
-    return [job for job in jobs if job is not None]
+    jobs = [job for job in jobs if job is not None]
+    shapes = range(min(PICTURED, drawn[0].scene.analysis.count)) if vibrate else ()
+    return jobs + [_mode_job(entry, mode) for mode in shapes for entry in drawn]
+
+
+def _mode_job(entry: Entry, mode: int) -> figures.Job:
+    """Picture of a mode (from 0), its largest displacement a tenth of the plate; one corner is always seen raised."""
+    outline = entry.result.outline
+    shape, size = outline.modes[mode], np.linalg.norm(np.ptp(outline.points, axis=0))
+    corner = shape[np.argmax(outline.points @ (1.0, 1.0, 1e-3))]
+    shape = shape * np.sign(corner[np.abs(corner).argmax()] or 1.0)
+    hertz = f"{entry.result.frequencies[mode]:.6g} Hz"
+    words = f"{NAMES[entry.solver]} {level_name(entry.level)}: mode {mode + 1}, {hertz}; size and sign mean nothing"
+    bent = replace(outline, displacement=REACH * size * shape, modes=None)
+    name = f"{entry.scene.name}-mode-{mode + 1}-{entry.solver}"
+    return figures.Job(name, words, "mode", entry.solver, bent, greatest=REACH * size)
 
 
 def _reach(entry: Entry) -> float:

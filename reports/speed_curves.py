@@ -101,11 +101,15 @@ class Curves:
         """What the first level of each series that stays within an error pays for, one sentence each."""
         return [words for series in NAMES for words in self._why(series, percent)]
 
-    def _why(self, series: str, percent: float) -> list[str]:
+    def first(self, series: str, percent: float) -> dict[str, Any] | None:
+        """The coarsest level from which on the error stays within `percent`; None where it cannot be told."""
         above = [k for k, error in enumerate(self.errors(series)) if error > percent]
-        if not above or above[-1] + 1 == len(self.rows[series]):
+        return self.rows[series][above[-1] + 1] if above and above[-1] + 1 < len(self.rows[series]) else None
+
+    def _why(self, series: str, percent: float) -> list[str]:
+        row = self.first(series, percent)
+        if row is None:
             return []
-        row = self.rows[series][above[-1] + 1]
         words = f"{NAMES[series]}: within {percent:g} % from {row['mesh']} on: {row['unknowns']} unknowns"
         if row["newton_iterations"] is None:
             return [f"{words}, {row['steps']} steps."]

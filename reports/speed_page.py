@@ -212,6 +212,7 @@ def _precision(found: dict[str, Any], curves: Curves) -> Iterator[Block]:
     yield Table("Levels", CURVE, rows, [words.replace("-", "\u2212") for words in limits])
     costs = [{**cost, "solver": NAMES[cost["solver"]]} for cost in curves.costs()]
     yield Table("Cost of a stated error", COSTS, costs, curves.why(1.0))
+    yield from _paid_for(found)
     own = found["own_steps"]
     if own is not None and own.ok and curves.target:
         limit = curves.target + own.get("time_shift")
@@ -221,6 +222,28 @@ def _precision(found: dict[str, Any], curves: Curves) -> Iterator[Block]:
         ]
         note = f"Errors from {limit:.6f} m, {curves.target_words} less the error of its time steps."
         yield Table("Every mesh at every time step", OWN_STEPS, rows, [note.replace("-", "\u2212")])
+
+
+def _paid_for(found: dict[str, Any]) -> Iterator[Block]:
+    """Where the two runs that reach 1 % spend their time, and what no programming could spare."""
+    for run in found["one_percent"]:
+        yield from _failure(run)
+    if not found["one_percent"] or not all(run.ok for run in (*found["one_percent"], found["kernels"])):
+        return
+    ours, solid = found["one_percent"]
+    n, size = ours.arguments["mesh"], solid.arguments["size"]
+    for name, run, kind in ((f"ANCF, {n}x{n} enriched", ours, "CPU"), (f"reference, h={size:g}", solid, "wall")):
+        split = {"what": name, **{part: 1e3 * seconds for part, seconds in run.get("split").items()}}
+        columns = [Column("what", "run"), *(Column(part, part, ".3g", "ms") for part in run.get("split"))]
+        yield Table(f"What the first level within 1 % pays for ({kind} of the whole run)", columns, [split])
+    gflop, mine, theirs = ours.get("products_gflop"), ours.get("cpu_seconds"), solid.get("cpu_seconds")
+    floor = gflop / found["kernels"].get("product_gflops")
+    words = (
+        f"The ANCF run takes {mine:.3g} s of CPU and the reference {theirs:.3g} s, {theirs / mine:.3g} times as much. "
+        f"The matrix products of the ANCF run alone, {gflop:.2g} GFlop, take {floor:.2g} s at the speed of a BLAS "
+        f"product here: without set-up, solutions and interpreter the ratio would be {theirs / floor:.3g}."
+    )
+    yield Text([words])
 
 
 def _peers(found: dict[str, Any]) -> Table:

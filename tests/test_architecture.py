@@ -21,6 +21,7 @@ ANCF_ORDER = (
     "subdomain",
     "mesh",
     "material",
+    "free_edge",
     "enhanced",
     "element",
     "quadratic_form",
@@ -34,6 +35,7 @@ ANCF_ORDER = (
     "newton",
     "path",
     "integrate",
+    "modes",
     "outline",
     "run",
 )

@@ -7,7 +7,7 @@ import pytest
 
 from compare import study, table
 from compare.scene import load
-from reports import cantilever, scene
+from reports import cantilever, scene, sections
 
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 COARSE = {
@@ -56,6 +56,27 @@ def test_solved_surfaces_are_drawn(published):
     """Both solvers hand over a surface; the page has six pictures of them or says why not."""
     page = published[0]
     assert len(re.findall("<img src=", page)) == 6 or "Pictures missing." in page
+
+
+def test_modes_from_the_scene_to_the_page(tmp_path, monkeypatch):
+    """Both solvers on a thick steel plate: coarse meshes agree to 3 % on three frequencies, and each is on the page."""
+    stated = {
+        "ancf.levels": [{"mesh": [n, n], "element": "enriched"} for n in (2, 4)],
+        "reference.levels": [{"size": 0.2}],
+        "analysis.count": 3,
+        "thickness": 0.1,
+    }
+    steel = load("plate_modes").override(stated)
+    entries = study.run([steel], SOLVERS, "standard", tmp_path / "results", 2)
+    assert [entry.status for entry in entries] == ["ok"] * 3
+    drawn = []
+    monkeypatch.setattr(sections.figures, "render", lambda jobs: (drawn.extend(jobs), ([], "not drawn"))[1])
+    page, content = publish(scene, steel, entries, tmp_path)
+    assert [row["mode"] for row in content["rows"]] == [1, 1, 1, 2, 2, 2, 3, 3, 3]
+    assert all(abs(row["error_reference_percent"]) < 3 for row in content["rows"][1::3])
+    for row in content["rows"]:
+        assert f'<data value="{json.dumps(row["value"])}">' in page
+    assert [job.view for job in drawn] == ["mesh"] * 2 + ["mode"] * 6
 
 
 def test_any_scene_is_published(solved, tmp_path):

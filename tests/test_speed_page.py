@@ -137,6 +137,10 @@ def found(curve):
         "exudyn": None,
         "many": Measured("newton", {"size": 0.01}, "failed: out of memory"),
         "curve": curve,
+        "one_percent": [
+            Measured("ancf", {"mesh": 4}, "ok", {**run, "products_gflop": 0.9}),
+            Measured("reference", {"size": 0.2}, "ok", run),
+        ],
         "curve_calculix": [Measured("calculix_run", {"size": 0.5}, "absent: ccx is not on the path")],
         "own_steps": Measured("own_steps", {}, "ok", {"rows": own_steps, "time_shift": -0.001}),
     }
@@ -164,6 +168,7 @@ def test_the_page_says_what_was_met_missed_absent_and_failed(found, tmp_path):
     assert figures["cost_ratio_1_percent_own_steps"]["value"] == pytest.approx(8.0)
     assert figures["calculix_cpu_ratio"]["value"] is None and figures["table5_wall_s"]["met"] is None
     assert "ccx is not on the path" in page and "out of memory" in page
+    assert "0.9 GFlop, take 0.1 s" in page and "the ratio would be 15." in page
     assert all(f"reports.unit {name}" in page for name in ("kernels", "ancf", "reference", "curve"))
 
 

@@ -25,6 +25,10 @@ from reports.hard_cases.chapter import Chapter, Outcome
 from reports.unit import measure
 
 CHAPTERS: tuple[str, ...] = (
+    "elements",
+    "benchmarks",
+    "shells",
+    "frequencies",
     "motion",
     "paths",
 )

@@ -35,12 +35,12 @@ PLATES = {
 }
 
 
-def _make(element, kind="plain", *, lines=None, bands=None, nu=0.3, points=(7, 7, 3), pointwise=False, density=2000.0):
+def _make(element, kind="plain", *, lines=None, bands=None, nu=0.3, points=(7, 7, 3), density=2000.0, **more):
     own_lines, own_bands, surface = PLATES[kind]
     mesh = grid(*(lines or own_lines), surface, FAMILY[element])
     material = from_engineering(2.0e6, nu)
     bands = own_bands if bands is None else bands
-    return body(mesh, bands, THICKNESS, material, density, points, pointwise=pointwise)
+    return body(mesh, bands, THICKNESS, material, density, points, **more)
 
 
 @pytest.fixture(params=list(FAMILY))

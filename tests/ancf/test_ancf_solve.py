@@ -155,6 +155,37 @@ def test_thin_plate_on_a_coarse_mesh_converges(thickness):
     assert result.status == "ok" and result.newton_iterations < 20
 
 
+def test_a_thin_shell_far_from_the_origin_converges():
+    """Its positions, 300 from the origin, round the shear strain of elements of 15 by more than r_z does.
+
+    An eighth of a pinched cylinder, t / R = 1/10,000, of which the ends keep their shape.
+    """
+    root = 0.5**0.5
+    arc = [[300.0, 0.0], [300.0, 300.0], [0.0, 300.0]]
+    surface = {
+        "kind": "nurbs",
+        "degree": [1, 2],
+        "knots": [[0, 0, 1, 1], [0, 0, 0, 1, 1, 1]],
+        "control_points": [[[x, y, z] for x, z in arc] for y in (0.0, 300.0)],
+        "weights": [[1.0, root, 1.0]] * 2,
+    }
+    case = scene(
+        surface=surface,
+        thickness=0.03,
+        grooves=[],
+        material={"kind": "svk", "youngs_modulus": 3.0e6, "poissons_ratio": 0.3},
+        supports=[
+            *({"kind": "symmetry", "edge": edge, "normal": n} for edge, n in (("x0", "Y"), ("y0", "Z"), ("y1", "X"))),
+            {"kind": "hold", "edge": "x1", "components": ["X", "Z"]},
+        ],
+        loads=[{"kind": "point", "at": [0.0, 1.0], "force": [0.0, 0.0, -1e-3], "history": [[0.0, 0.0], [1.0, 1.0]]}],
+        probes=[{"name": "P", "at": [0.0, 1.0, 0.0]}],
+        analysis={"kind": "static", "until": 1.0, "every": 1.0},
+    )
+    result = solve(case, AncfLevel(element="enriched", mesh=(20, 20), points=(4, 4, 3), time_step=1.0))
+    assert result.status == "ok" and result.displacement[-1, 0, 2] < 0
+
+
 def test_blas_has_one_thread_during_a_solve_alone():
     def threads():
         return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}

@@ -47,6 +47,19 @@ def test_small_load_is_the_linear_solution(make_body):
     np.testing.assert_allclose(path.q - rest, u, atol=1e-5 * np.abs(u).max())
 
 
+def test_a_load_below_round_off_of_the_internal_force_has_its_displacement(make_body):
+    """Round-off of the residual bounds no displacement: a tenth of it still moves the tip, to 1e-16 m."""
+    floor = pulled(make_body, (0, 0, 0)).force_floor(make_body().mesh.vectors.ravel())
+    ends = []
+    for force in (1e-4, 0.1 * floor):
+        acting = pulled(make_body, (0, 0, -force))
+        path = follow(acting, step=1.0)
+        assert path.status == OK
+        tip = value_at(acting.body.mesh, 1.2, 0.6, 0.0) @ (path.q - acting.body.mesh.vectors.ravel()).reshape(-1, 3)
+        ends.append(tip[2] / force)
+    assert ends[1] == pytest.approx(ends[0], abs=2e-16 / (0.1 * floor) + 1e-3 * abs(ends[0]))
+
+
 def test_result_does_not_depend_on_the_load_steps(make_body):
     """Both paths end within Newton's tolerance of the same equilibrium."""
     acting = pulled(make_body, (0, 0, -20.0))

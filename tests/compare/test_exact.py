@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from compare.exact import (
+    annulus_deflection,
     beam_deflection,
     beam_frequency,
     cross_code,
@@ -119,3 +120,19 @@ def test_the_order_at_a_reentrant_edge_is_that_of_the_known_corners():
     assert reentrant_order(1.001 * np.pi) == pytest.approx(2.0, abs=0.02)
     with pytest.raises(ValueError, match="re-entrant"):
         reentrant_order(0.5 * np.pi)
+
+
+@pytest.mark.parametrize(("clamped", "disc"), [(True, 1 / 64), (False, 5.3 / (64 * 1.3))])
+def test_an_annulus_with_a_tiny_hole_bends_like_the_disc(clamped, disc):
+    assert annulus_deflection(1e-4, 0.3, clamped) == pytest.approx(disc, rel=1e-6)
+
+
+def test_the_deflection_of_an_annulus_meets_its_equation_of_virtual_work():
+    """A narrow ring, free inside and supported outside, is a ring beam turned by p (a - b) at the arm (a - b) / 2.
+
+    With c = (a - b) / a small the turning moment per length of the ring is p c^2 / 2 (R = 1), its stiffness against
+    turning E t^3 c / 12 = D (1 - nu^2) c, so w / c = p c^2 / 2 / (D (1 - nu^2) c).
+    """
+    c, nu = 1e-3, 0.3
+    expected = c**2 / (2 * (1 - nu**2))
+    assert annulus_deflection(1 - c, nu, False) == pytest.approx(expected, rel=3 * c)

@@ -55,7 +55,7 @@ def squares(count, limit=-0.55, factor=0.4):
 def test_every_row_has_exactly_the_keys():
     found = rows(ladder(SCENE, "ancf", squares(4)) + ladder(SCENE, "reference", [-0.5, -0.54]))
     assert [tuple(row) for row in found] == [KEYS] * 6
-    assert len(KEYS) == 21
+    assert len(KEYS) == 22
 
 
 def test_an_ancf_row_names_what_was_computed():
@@ -191,9 +191,9 @@ def test_variants_are_no_rows_but_a_list_of_their_own():
     assert len(rows(entries)) == 1
     found = sensitivity(entries)
     assert [one["variant"] for one in found] == [AS_STATED, "top face", "deeper"]
-    assert found[1]["change_m"] == pytest.approx(0.01)
+    assert found[1]["change"] == pytest.approx(0.01)
     assert found[1]["change_percent"] == pytest.approx(-2.0)
-    assert (found[2]["value"], found[2]["change_m"], found[2]["status"]) == (None, None, "newton_diverged")
+    assert (found[2]["value"], found[2]["change"], found[2]["status"]) == (None, None, "newton_diverged")
 
 
 MADE = rows(ladder(SCENE, "ancf", squares(4), ["ok", "crashed: a | b"]) + ladder(SCENE, "reference", [-0.5]))

@@ -72,3 +72,13 @@ def test_without_pypardiso_superlu_takes_over(upper, monkeypatch):
 
     monkeypatch.setitem(sys.modules, "pypardiso.pardiso_wrapper", None)
     assert isinstance(direct_solver(upper.indptr, upper.indices), SuperLU)
+
+
+def test_no_search_for_the_library(monkeypatch):
+    """pypardiso walks through all installed files where nobody tells it where MKL is."""
+    wrapper = pytest.importorskip("pypardiso.pardiso_wrapper")
+    monkeypatch.delenv("PYPARDISO_MKL_RT", raising=False)
+    monkeypatch.setattr(wrapper.glob, "glob", lambda *_, **__: pytest.fail("searched"))
+    solver = Pardiso(np.array([0, 1]), np.array([0]))
+    solver.factorise(np.array([2.0]))
+    assert solver.solve(np.array([1.0])) == pytest.approx([0.5])

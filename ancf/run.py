@@ -427,7 +427,7 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled = [
         f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
         f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
-        _analysis_words(scene, level),
+        _marching_words(scene, level),
     ]
     modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
     modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
@@ -449,16 +449,14 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     return modelled, left_out
 
 
-def _analysis_words(scene: Scene, level: AncfLevel) -> str:
+def _marching_words(scene: Scene, level: AncfLevel) -> str:
     """How the scene's analysis is done."""
     if scene.analysis.kind == "modes":
         return f"the {scene.analysis.count} lowest elastic modes, shift-and-invert Lanczos iteration"
     if scene.analysis.kind == "dynamic":
         return f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
     if scene.analysis.follow == "arc-length":
-        return (
-            f"static equilibria by arc length, at most the linear response to {level.time_step:g} of the load at a time"
-        )
+        return f"static equilibria by arc length, no step longer than the linear response to {level.time_step:g} of t"
     return f"static equilibrium by load steps of {level.time_step:g}"
 
 

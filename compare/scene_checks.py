@@ -133,6 +133,8 @@ def _timeless(scene: Scene) -> Iterator[str]:
     for key, value in stated.items():
         if value:
             yield f"{key}: modes are {TIMELESS[key]}; leave this out or state another analysis.kind"
+    if scene.analysis.follow != "load":
+        yield f"analysis.follow = {scene.analysis.follow!r}: modes carry no load; leave this out"
     for key, level in _levels(scene):
         for name, nothing in (("time_step", None), ("error_per_step", None), ("integrator", "trapezoidal")):
             if (value := getattr(level, name, nothing)) != nothing:
@@ -201,6 +203,8 @@ def _initial(scene: Scene) -> Iterator[str]:
 
 
 def _times(scene: Scene) -> Iterator[str]:
+    levels = list(_levels(scene))
+    yield from (f"{key}.time_step: this key is missing" for key, level in levels if level.time_step is None)
     if scene.analysis.follow == "arc-length":
         return
     until, every = scene.analysis.until, scene.analysis.every
@@ -209,11 +213,9 @@ def _times(scene: Scene) -> Iterator[str]:
     if scene.analysis.kind == "static":
         yield from islice(_estimated_statics(scene), 1)
     steps = {}  # of the levels with one time step the first is named
-    for key, level in _levels(scene):
-        if level.time_step is None:
-            yield f"{key}.time_step: this key is missing"
-            continue
-        steps.setdefault((key.split(".levels")[0], level.time_step), key)
+    for key, level in levels:
+        if level.time_step is not None:
+            steps.setdefault((key.split(".levels")[0], level.time_step), key)
     for (_, step), key in steps.items():
         if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"

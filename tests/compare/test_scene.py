@@ -344,6 +344,10 @@ REST = {
         {**PATH, "reference": {"levels": [{"size": 0.1, "time_step": 0.1}]}},
         "analysis.follow = 'arc-length': the reference follows the load alone",
     ),
+    "moment of a path": (
+        {**PATH, "loads.end": {"kind": "moment", "edge": "x1", "moment": [0, 1, 0]}},
+        "loads.1.kind = 'moment': an arc length follows dead loads only",
+    ),
     "outputs of a path": ({**PATH, "analysis.every": 0.5}, "analysis.every = 0.5: along an arc length every step is"),
     "bent history of a path": (
         {**PATH, "loads.0.history": [[0.0, 0.0], [0.5, 1.0], [1.0, 0.0]]},

@@ -133,8 +133,6 @@ def _timeless(scene: Scene) -> Iterator[str]:
     for key, value in stated.items():
         if value:
             yield f"{key}: modes are {TIMELESS[key]}; leave this out or state another analysis.kind"
-    if scene.analysis.follow != "load":
-        yield f"analysis.follow = {scene.analysis.follow!r}: modes carry no load; leave this out"
     for key, level in _levels(scene):
         for name, nothing in (("time_step", None), ("error_per_step", None), ("integrator", "trapezoidal")):
             if (value := getattr(level, name, nothing)) != nothing:

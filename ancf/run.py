@@ -160,7 +160,7 @@ def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress)
 
 
 def _way(scene: Scene) -> Callable:
-    """The kind of analysis that the scene asks for."""
+    """How the scene's statics or dynamics are followed."""
     if scene.analysis.kind == "dynamic":
         return _dynamics
     return _statics if scene.analysis.follow == "load" else _path

@@ -6,7 +6,7 @@ their lower triangle, column by column (the CSC layout).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,15 +94,57 @@ def couple(sums: Assembly, row: np.ndarray, block: np.ndarray, data: np.ndarray)
     data[np.searchsorted(keys, column[lower] * pattern.n + line[lower])] += values[lower]
 
 
+@dataclass(frozen=True, eq=False)
+class MixedAssembly:
+    """Assembly of groups of elements with unequally many functions, on one pattern; see `Assembly`."""
+
+    groups: tuple[Assembly, ...]
+    unknown_of: np.ndarray
+    free: np.ndarray
+    pattern: Pattern
+
+    def gather(self, q: np.ndarray) -> list[np.ndarray]:
+        """Nodal vectors of each group (e, i, 3)."""
+        return [group.gather(q) for group in self.groups]
+
+    def vector(self, force: Iterable[np.ndarray]) -> np.ndarray:
+        """Sum of the groups' element vectors (e, i, 3) by component (3 v,)."""
+        return sum(group.vector(own) for group, own in zip(self.groups, force, strict=True))
+
+    def matrix(self, spans: Iterable) -> np.ndarray:
+        """Values (nnz,) of the sum of the groups' packed tangents."""
+        return sum(group.matrix(own) for group, own in zip(self.groups, spans, strict=True))
+
+
+def mixed_assembly(
+    groups: Sequence[np.ndarray], vectors: int, held: np.ndarray, coupled: Sequence[np.ndarray] = ()
+) -> MixedAssembly:
+    """Index arrays of groups of elements with the connectivity (e, i) each; else as `assembly`."""
+    free, unknown_of = _unknowns(vectors, held)
+    keys = np.unique(np.concatenate([_entries(connectivity, unknown_of, coupled) for connectivity in groups]))
+    own = tuple(_assembly(connectivity, free, unknown_of, keys) for connectivity in groups)
+    return MixedAssembly(own, unknown_of, free, own[0].pattern)
+
+
 def assembly(connectivity: np.ndarray, vectors: int, held: np.ndarray, coupled: Sequence[np.ndarray] = ()) -> Assembly:
     """Index arrays of a mesh of `vectors` nodal vectors whose components `held` (3 v,) are fixed.
 
     coupled: sets of nodal vectors that a load couples, each with each.
     """
+    free, unknown_of = _unknowns(vectors, held)
+    return _assembly(connectivity, free, unknown_of, _entries(connectivity, unknown_of, coupled))
+
+
+def _unknowns(vectors: int, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Component of each unknown (u,), unknown of each component (3 v,)."""
     free = np.flatnonzero(~held)
     unknown_of = np.full(3 * vectors, -1)
     unknown_of[free] = np.arange(len(free))
-    keys = _entries(connectivity, unknown_of, coupled)
+    return free, unknown_of
+
+
+def _assembly(connectivity: np.ndarray, free: np.ndarray, unknown_of: np.ndarray, keys: np.ndarray) -> Assembly:
+    """keys: those of the pattern, see `_entries`."""
     n = len(free)
     pattern = Pattern(
         np.searchsorted(keys, np.arange(n + 1, dtype=np.int64) * n).astype(np.int32),

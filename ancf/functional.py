@@ -13,8 +13,8 @@ import scipy.sparse as sp
 
 from ancf.element import integrand
 from ancf.mesh import Mesh
-from ancf.quadrature import Rule, gauss, onto_cell, tensor
-from ancf.subdomain import Band, division, element_rule, thickness_range
+from ancf.quadrature import NO_PROMISE, Rule, gauss, onto_cell, tensor
+from ancf.subdomain import Band, division, element_rule, thickness_range, through_thickness
 
 POINTS = (5, 5, 3)
 BLOCK = 2048  # points evaluated at a time
@@ -32,7 +32,20 @@ def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.cs
         values.append(mesh.shape.evaluate(local, tuple((cell[:, :, 1] - cell[:, :, 0]).T)).S.ravel())
     columns = mesh.connectivity[elements]
     ends = np.arange(len(points) + 1) * columns.shape[1]
-    return sp.csr_matrix((np.concatenate(values), columns.ravel(), ends), shape=(len(points), len(mesh.vectors)))
+    rows = sp.csr_matrix((np.concatenate(values), columns.ravel(), ends), shape=(len(points), len(mesh.vectors)))
+    for e in np.intersect1d(elements, list(mesh.special)):
+        rows += _layer_rows(mesh, e, elements == e, points)
+    return rows
+
+
+def _layer_rows(mesh: Mesh, e: int, own: np.ndarray, points: np.ndarray) -> sp.csr_matrix:
+    """What the functions that a special element has besides the mesh's shape add at its own points."""
+    (x0, x1), (y0, y1) = mesh.cells[e]
+    shape, vectors = mesh.special[e]
+    base = mesh.connectivity.shape[1]
+    S = shape.evaluate(points[own] - (x0, y0, 0.0), (x1 - x0, y1 - y0)).S[:, base:]
+    rows, columns = np.repeat(np.flatnonzero(own), S.shape[1]), np.tile(vectors[base:], len(S))
+    return sp.csr_matrix((S.ravel(), (rows, columns)), shape=(len(points), len(mesh.vectors)))
 
 
 def value_at(mesh: Mesh, x: float, y: float, z: float) -> np.ndarray:
@@ -42,11 +55,11 @@ def value_at(mesh: Mesh, x: float, y: float, z: float) -> np.ndarray:
 
 def mean_through_thickness(mesh: Mesh, bands: Sequence[Band], thickness: float, x: float, y: float) -> np.ndarray:
     """Row (v,) of the mean position over the material line through (x, y)."""
-    z_min, z_max = (float(z) for z in thickness_range(bands, thickness, x, y))
-    line = gauss(POINTS[2])
-    z = (z_min + z_max) / 2 + (z_max - z_min) / 2 * line.points[:, 0]
-    points = np.stack([np.full_like(z, x), np.full_like(z, y), z], axis=1)
-    return line.weights / 2 @ interpolation(mesh, np.full(len(z), mesh.locate(x, y)), points)
+    e = mesh.locate(x, y)
+    z_min, z_max = thickness_range(bands, thickness, x, y)
+    place = Rule(np.array([[x, y]]), np.array([1 / float(z_max - z_min)]), NO_PROMISE)
+    line = through_thickness(place, z_min, z_max, POINTS[2], mesh.levels(e))
+    return line.weights @ interpolation(mesh, np.full(len(line.weights), e), line.points)
 
 
 def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region) -> np.ndarray:
@@ -58,7 +71,8 @@ def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region
     for e, cell in enumerate(mesh.cells):
         part = tuple((max(c[0], r[0]), min(c[1], r[1])) for c, r in zip(cell, region, strict=True))
         if all(high - low > 1e-12 * (c[1] - c[0]) for (low, high), c in zip(part, cell, strict=True)):
-            piece, amount = _volume_row(mesh, e, element_rule(part, bands, thickness, POINTS))
+            rule = element_rule(part, bands, thickness, POINTS, levels=mesh.levels(e))
+            piece, amount = _volume_row(mesh, e, rule)
             row += piece
             volume += amount
     if volume == 0:
@@ -91,7 +105,7 @@ def _over_edge(mesh: Mesh, bands, thickness: float, edge: str, power: int) -> tu
     row, total = np.zeros(len(mesh.vectors)), 0.0
     for e, cell in enumerate(mesh.cells):
         if at in cell[axis]:
-            rule = _face_rule(cell, bands, thickness, axis, float(at))
+            rule = _face_rule(cell, bands, thickness, axis, float(at), mesh.levels(e))
             piece, amount = _area_row(mesh, e, rule, axis, rule.points[:, 2] ** power)
             row += piece
             total += amount
@@ -105,41 +119,39 @@ def pressure_on_face(mesh: Mesh, thickness: float, face: int) -> np.ndarray:
         (x0, x1), (y0, y1) = cell
         own = onto_cell(rule, cell)
         points = np.column_stack([own.points - (x0, y0), np.full(len(own.weights), face * thickness / 2)])
-        S, S_p = mesh.shape.evaluate(points, (x1 - x0, y1 - y0))
-        J = np.einsum("ic,qip->qpc", mesh.element_vectors[e], S_p)
-        np.add.at(row, mesh.connectivity[e], -face * S.T @ (own.weights[:, None] * np.cross(J[:, 0], J[:, 1])))
+        shape, vectors = mesh.element(e)
+        S, S_p = shape.evaluate(points, (x1 - x0, y1 - y0))
+        J = np.einsum("ic,qip->qpc", mesh.vectors[vectors], S_p)
+        np.add.at(row, vectors, -face * S.T @ (own.weights[:, None] * np.cross(J[:, 0], J[:, 1])))
     return row
 
 
-def _face_rule(cell, bands, thickness: float, axis: int, at: float) -> Rule:
+def _face_rule(cell, bands, thickness: float, axis: int, at: float, levels: Sequence[float]) -> Rule:
     """Rule over the face of a cell at a constant coordinate: its weights are d(other coordinate) dz."""
     lines, across = division(cell, bands)[1 - axis], gauss(POINTS[0])
-    through = gauss(POINTS[2])
     half = np.diff(lines)[:, None] / 2
     s = (lines[:-1, None] + half * (1 + across.points[:, 0])).ravel()
-    weights = (half * across.weights).ravel()
     x, y = (np.full_like(s, at), s) if axis == 0 else (s, np.full_like(s, at))
-    z_min, z_max = thickness_range(bands, thickness, x, y)
-    h = ((z_max - z_min) / 2)[:, None]
-    z = z_min[:, None] + h * (1 + through.points[:, 0])
-    points = np.stack([np.repeat(x, len(through.weights)), np.repeat(y, len(through.weights)), z.ravel()], axis=1)
-    return Rule(points, (weights[:, None] * h * through.weights).ravel(), 0)
+    line = Rule(np.column_stack([x, y]), (half * across.weights).ravel(), across.degree)
+    return through_thickness(line, *thickness_range(bands, thickness, x, y), POINTS[2], levels)
 
 
 def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
     """Integral of the shape functions of element e by volume as a row (v,), and the volume."""
-    part = integrand(mesh.shape, rule, mesh.cells[e], mesh.vectors[mesh.connectivity[e]])
+    shape, vectors = mesh.element(e)
+    part = integrand(shape, rule, mesh.cells[e], mesh.vectors[vectors])
     row = np.zeros(len(mesh.vectors))
-    row[mesh.connectivity[e]] = part.volume @ part.S
+    row[vectors] = part.volume @ part.S
     return row, float(part.volume.sum())
 
 
 def _area_row(mesh: Mesh, e: int, rule: Rule, axis: int, weight: np.ndarray) -> tuple[np.ndarray, float]:
     """Integrals of weight (q,) x S as a row (v,) and of the weight over a face of element e with constant `axis`."""
     (x0, x1), (y0, y1) = mesh.cells[e]
-    S, S_p = mesh.shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
-    J = np.einsum("ic,qip->qpc", mesh.vectors[mesh.connectivity[e]], S_p)
+    shape, vectors = mesh.element(e)
+    S, S_p = shape.evaluate(rule.points - (x0, y0, 0.0), (x1 - x0, y1 - y0))
+    J = np.einsum("ic,qip->qpc", mesh.vectors[vectors], S_p)
     weights = weight * rule.weights * np.linalg.norm(np.cross(J[:, 1 - axis], J[:, 2]), axis=1)
     row = np.zeros(len(mesh.vectors))
-    row[mesh.connectivity[e]] = weights @ S
+    row[vectors] = weights @ S
     return row, float(weights.sum())

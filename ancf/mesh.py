@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -14,6 +14,13 @@ from ancf.shape import CONFORMING, CORNERS, EDGES, Plate
 Cell = tuple[tuple[float, float], tuple[float, float]]
 
 
+class Special(NamedTuple):
+    """An element with functions of its own after those of the mesh's shape, and the nodal vectors (i,) of all."""
+
+    shape: Plate
+    vectors: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Mesh:
     """Elements between grid lines, and their undeformed shape.
@@ -21,7 +28,8 @@ class Mesh:
     x_lines, y_lines: grid lines in mid-surface parameters. vectors (v, 3): nodal vectors of the
     reference shape. connectivity (e, i): nodal vector that each shape function multiplies.
     kinds (v,): what each vector is, "r", "r_x" ... parameters (v, 2): where its node lies, or the
-    middle of its edge. corners (e, 2): the lines at which an element begins. Vectors are numbered along
+    middle of its edge. corners (e, 2): the lines at which an element begins. special: the elements that have
+    more functions than `shape`; connectivity holds their first ones. Vectors are numbered along
     the direction with fewer elements first, those of edges beside their nodes: the band stays narrow.
     """
 
@@ -33,6 +41,15 @@ class Mesh:
     kinds: np.ndarray
     parameters: np.ndarray
     corners: np.ndarray
+    special: dict[int, Special] = field(default_factory=dict)
+
+    def element(self, e: int) -> Special:
+        """Shape of an element and its nodal vectors (i,)."""
+        return self.special.get(e) or Special(self.shape, self.connectivity[e])
+
+    def levels(self, e: int) -> list[float]:
+        """Levels of z at which the functions of an element have a kink."""
+        return self.special[e].shape.levels if e in self.special else []
 
     @cached_property
     def cells(self) -> list[Cell]:

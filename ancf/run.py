@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain, pairwise
@@ -38,15 +38,17 @@ from ancf.functional import (
     value_at,
 )
 from ancf.integrate import SCHEMES, advance, initial_state
+from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
 from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
-from ancf.nurbs import Curve, GeometryError, Surface
+from ancf.nurbs import Curve, GeometryError, Surface, surface_derivatives
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
@@ -56,6 +58,8 @@ from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
 SOLVER = "ancf"
+SAME = 1e-6  # of the thickness: edges this near to each other share a grid line
+LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now
 Progress = Callable[[float], None] | None
@@ -108,6 +112,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         "mass": model.body.total_mass,
         "elements": len(model.mesh.connectivity),
         "distinct_elements": model.body.shapes,
+        "layer_vectors": int((model.mesh.kinds == KIND).sum()),
     }
     return Result(
         **_header(scene, level),
@@ -209,13 +214,22 @@ def _message(history: History) -> str:
 
 def build(scene: Scene, level: AncfLevel) -> Model:
     """Mesh, integrate and assemble the scene. Raises GeometryError."""
-    mesh = _mesh(scene, level)
-    bands = _bands(scene)
+    bands, mesh = _bands(scene), _mesh(scene, level)
+    if level.enrich is None or not bands:
+        return _model(scene, level, mesh, bands)
+    every = with_layers(mesh, layer_vectors(mesh, bands, scene.thickness), bands, scene.thickness)
+    inertia = scene.analysis.until**-2 if scene.analysis.kind == "dynamic" else 0.0
+    trial = _model(scene, level, every, bands, pointwise=True)  # used once, which the tensors would not repay
+    worth = chosen(trial.system, level.enrich, inertia)
+    return _model(scene, level, only(every, worth), bands)
+
+
+def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], pointwise: bool = False) -> Model:
     material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
     density = scene.material.density or 0.0
     held = _held(scene, mesh)
     free = free_edges(mesh, held)
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, free=free)
+    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, pointwise, free)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
     dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
@@ -228,8 +242,27 @@ def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
     if scene.surface.kind == "nurbs":
         patch = scene.surface
         surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
-    lines = (np.linspace(*span, count + 1) for span, count in zip(scene.surface.span, level.mesh, strict=True))
-    return grid(*lines, surface, FAMILY[level.element])
+    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element])
+
+
+def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[np.ndarray]:
+    """Grid lines of each axis."""
+    for axis, (span, count) in enumerate(zip(scene.surface.span, level.mesh, strict=True)):
+        if level.fit is None:
+            yield np.linspace(*span, count + 1)
+        else:
+            metre = 1.0 if surface is None else np.ptp(span) / _length(scene, surface, axis)
+            unit = scene.thickness * metre
+            beside = [distance * unit for distance in level.fit]
+            yield fitted(span, count, band_edges(_bands(scene), axis), beside, SAME * unit)
+
+
+def _length(scene: Scene, surface: Surface, axis: int) -> float:
+    """Length (m) of the surface's middle line along an axis."""
+    spans = scene.surface.span
+    at = [np.full(LENGTH_POINTS, np.mean(span)) for span in spans]
+    at[axis] = np.linspace(*spans[axis], LENGTH_POINTS)
+    return float(np.linalg.norm(np.diff(surface_derivatives(surface, *at).s, axis=0), axis=1).sum())
 
 
 def _held(scene: Scene, mesh: Mesh) -> np.ndarray:
@@ -404,14 +437,14 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
 
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
-    mesh = _mesh(scene, level)
+    mesh = _mesh(scene, level) if level.enrich is None else build(scene, level).mesh
     held = _held(scene, mesh)
-    unknowns, shapes = int((~held).sum()), len(distinct(mesh, _bands(scene), free_edges(mesh, held))[1])
+    unknowns, first = int((~held).sum()), distinct(mesh, _bands(scene), free_edges(mesh, held))[1]
     modelled, left_out = _words(scene, level)
     return {
         "unknowns": unknowns,
         "elements": len(mesh.connectivity),
-        "memory_mb": expected_memory(mesh, unknowns, shapes),
+        "memory_mb": expected_memory(mesh, unknowns, first),
         "modelled": modelled,
         "left_out": left_out,
     }
@@ -434,6 +467,9 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled += [_support_words(support) for support in scene.supports]
     modelled += [_load_words(load) for load in scene.loads]
     modelled += ["rigid initial velocity"] if scene.initial else []
+    modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
+    if level.enrich is not None:
+        modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
     stated = {
         "grooves": scene.grooves,
         "protrusions": scene.protrusions,
@@ -443,7 +479,8 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
         "inertia": kind != "static",
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
-    left_out += ["damping, contact, plasticity", "warping near groove edges finer than an element"]
+    left_out += ["damping, contact, plasticity"]
+    left_out += ["warping near groove edges finer than an element"] if level.enrich is None else []
     if FAMILY[level.element].thickness is None:
         left_out += _stiffened_bending(scene.material.poissons_ratio)
     return modelled, left_out

@@ -120,37 +120,50 @@ def element_rule(
     thickness: float,
     points: tuple[int, int, int],
     integration: Literal["subdomain", "global"] = "subdomain",
+    levels: Sequence[float] = (),
 ) -> Rule:
     """Rule over the material of one element: points (q, 3), weights (q,).
 
     points: Gauss points along x, y, z in each subdomain (Eq. 8), or in the whole element with
-    integration "global" (Eq. 7). z follows the kept thickness at each (x, y). A curved section is
+    integration "global" (Eq. 7). z follows the kept thickness at each (x, y), divided at the increasing
+    `levels` of z with as many points in each part. A curved section is
     integrated over its own parameter, dy = y'(u) du, between its knots, so that a vertical tangent
     costs no accuracy. Raises GeometryError where a band leaves no material.
     """
     touching = [band for band in bands if _touches(cell, band)]
     if not touching:
-        return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
+        if not levels:
+            return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
+        plane = onto_cell(tensor(*map(gauss, points[:2])), cell)
+        return through_thickness(plane, -thickness / 2, thickness / 2, points[2], levels)
     if integration == "global":
         plane = onto_cell(tensor(*map(gauss, points[:2])), cell)
         z_min, z_max = thickness_range(touching, thickness, *plane.points.T)
-        return _through_thickness(replace(plane, degree=NO_PROMISE), z_min, z_max, points[2])
+        return through_thickness(replace(plane, degree=NO_PROMISE), z_min, z_max, points[2], levels)
     x, y = (_divided_axis(cell, touching, axis, points[axis]) for axis in (0, 1))
     count = len(touching)
     covers = (x.inside[:, :, None] & y.inside[:, None, :]).reshape(count, -1)
     depths = (x.depth[:, :, None] + y.depth[:, None, :]).reshape(count, -1)
     z_min, z_max = _faces(touching, thickness, covers, depths)
-    return _through_thickness(tensor(x.rule, y.rule), z_min, z_max, points[2])
+    return through_thickness(tensor(x.rule, y.rule), z_min, z_max, points[2], levels)
 
 
-def _through_thickness(plane: Rule, z_min: np.ndarray, z_max: np.ndarray, count: int) -> Rule:
-    """Rule in (x, y, z): at each point of `plane`, `count` Gauss points between its z_min and z_max (q,)."""
+def through_thickness(
+    plane: Rule, z_min: np.ndarray, z_max: np.ndarray, count: int, levels: Sequence[float] = ()
+) -> Rule:
+    """Rule in (x, y, z): columns over the points of `plane`, from their z_min to their z_max (q,).
+
+    `count` Gauss points in each part of a column between the increasing levels.
+    """
     line = gauss(count)
-    half = (z_max - z_min) / 2
-    z = ((z_max + z_min) / 2)[:, None] + half[:, None] * line.points[:, 0]
-    points = np.column_stack([np.repeat(plane.points, count, axis=0), z.ravel()])
-    weights = np.outer(plane.weights * half, line.weights).ravel()
-    return Rule(points, weights, min(plane.degree, line.degree))
+    faces = [z_min, *(np.clip(level, z_min, z_max) for level in levels), z_max]
+    faces = np.stack([np.broadcast_to(z, plane.weights.shape) for z in faces], axis=1)
+    half = np.diff(faces)[..., None] / 2
+    z = faces[:, :-1, None] + half * (1 + line.points[:, 0])
+    weights = plane.weights[:, None, None] * half * line.weights
+    some = np.broadcast_to(half > 0, z.shape).ravel()
+    points = np.column_stack([np.repeat(plane.points, z[0].size, axis=0), z.ravel()])
+    return Rule(points[some], weights.ravel()[some], min(plane.degree, line.degree))
 
 
 def _faces(bands: Sequence[Band], thickness: float, covers: Sequence, depths: Sequence) -> tuple:

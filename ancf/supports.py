@@ -10,6 +10,7 @@ from ancf.mesh import Mesh
 
 ALONG = {"x0": "r_y", "x1": "r_y", "y0": "r_x", "y1": "r_x"}
 OUT = {"x0": "r_x", "x1": "r_x", "y0": "r_y", "y1": "r_y"}
+DIRECTOR = ("r_z", "d_e", "d_l")
 ROUND_OFF = 1e-9  # of a gradient
 
 
@@ -17,12 +18,12 @@ def clamp(mesh: Mesh, edge: str, gradients: str) -> np.ndarray:
     """Held components (3 v,) of a clamped edge x0, x1, y0 or y1.
 
     gradients "all": every vector of the nodes and edges on it, the paper's clamp. "tangential": what a
-    held face implies, r, r_z, d_e and the gradient along the edge; what is a derivative normal to it,
+    held face implies, r, r_z, d_e, d_l and the gradient along the edge; what is a derivative normal to it,
     the other gradient and r_xy, is free.
     """
     held = _on_edge(mesh, edge)
     if gradients == "tangential":
-        held = held & np.isin(mesh.kinds, ["r", "r_z", "d_e", ALONG[edge]])
+        held = held & np.isin(mesh.kinds, ["r", *DIRECTOR, ALONG[edge]])
     return np.repeat(held, 3)
 
 
@@ -30,16 +31,16 @@ def hold_edge(mesh: Mesh, edge: str, components: Sequence[int], face: bool) -> n
     """Held components (3 v,) where some components of the displacement vanish along an edge.
 
     Along the mid-surface's edge they are those of r and of the gradient along the edge; on its whole face
-    also those of r_z and d_e.
+    also those of r_z, d_e and d_l.
     """
-    kinds = ["r", ALONG[edge], *(("r_z", "d_e") if face else ())]
+    kinds = ["r", ALONG[edge], *(DIRECTOR if face else ())]
     return _components(_on_edge(mesh, edge) & np.isin(mesh.kinds, kinds), components)
 
 
 def hold_corner(mesh: Mesh, corner: tuple[int, int], components: Sequence[int], face: bool) -> np.ndarray:
     """Held components (3 v,) where components of the displacement vanish at a corner (0 or 1 along x and y)."""
     at = [lines[-end] for lines, end in zip((mesh.x_lines, mesh.y_lines), corner, strict=True)]
-    held = (mesh.parameters == at).all(axis=1) & np.isin(mesh.kinds, ["r", *(("r_z",) if face else ())])
+    held = (mesh.parameters == at).all(axis=1) & np.isin(mesh.kinds, ["r", *(DIRECTOR if face else ())])
     return _components(held, components)
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, Pattern, assembly, couple
+from ancf.assembly import Assembly, MixedAssembly, Pattern, assembly, couple, mixed_assembly
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.loads import EdgeMoment, Load
@@ -22,20 +23,48 @@ ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
+Elements = QuadraticElements | PointElements
+MixedTerms = Sequence[tuple[float, Sequence[np.ndarray]]]
+
+
+@dataclass(frozen=True, eq=False)
+class MixedElements:
+    """Groups of elements with unequally many functions: Q and what comes of it are sequences, one by group."""
+
+    groups: tuple[Elements, ...]
+
+    def energy(self, Q: Sequence[np.ndarray]) -> float:
+        """Strain energy (J)."""
+        return sum(group.energy(own) for group, own in zip(self.groups, Q, strict=True))
+
+    def force(self, Q: Sequence[np.ndarray], more: MixedTerms = ()) -> list[np.ndarray]:
+        """Internal force (e, i, 3) of each group. more: as in `QuadraticElements.force`, X by group."""
+        return [group.force(Q[g], _own(more, g)) for g, group in enumerate(self.groups)]
+
+    def tangent(self, Q: Sequence[np.ndarray], more: MixedTerms = ()) -> Iterator[Iterator[np.ndarray]]:
+        """Packed tangents of each group, span by span. more: as in `force`."""
+        return (group.tangent(Q[g], _own(more, g)) for g, group in enumerate(self.groups))
+
+
+def _own(more: MixedTerms, group: int) -> Terms:
+    """The terms of one group."""
+    return [(c, X[group]) for c, X in more]
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
     """A meshed plate without supports and loads.
 
-    elements: force and tangent. connectivity (e, i) in the order of the elements. mass (v, v): scalar
+    elements: force and tangent. connectivity (e, i) in the order of the elements, on a mesh with special
+    elements one array for each group of equally many functions. mass (v, v): scalar
     mass matrix in kg, which acts on each space component alike. mass_row (v,): integral of rho S.
     volume in m3 and the number of distinct element shapes. round_off (N/m) and round_off_r_z (N): see
     `System.force_floor`.
     """
 
     mesh: Mesh
-    elements: QuadraticElements | PointElements
-    connectivity: np.ndarray
+    elements: Elements | MixedElements
+    connectivity: np.ndarray | tuple[np.ndarray, ...]
     mass: sp.csr_matrix
     mass_row: np.ndarray
     volume: float
@@ -55,11 +84,11 @@ class System:
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
-    the thickness for r_z and d_e.
+    the thickness for r_z, d_e and d_l.
     """
 
     body: Body
-    assembly: Assembly
+    assembly: Assembly | MixedAssembly
     loads: tuple[Load, ...]
     mass_values: np.ndarray
     lengths: np.ndarray
@@ -156,31 +185,55 @@ def body(
     if any(count < few for count, few in zip(points, least, strict=True)):
         own, needed = ("x".join(map(str, counts)) for counts in (points, least))
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
-    vectors = mesh.element_vectors
     free = free if mesh.shape.layer is not None and integration == "subdomain" else ()
     form_of, first = distinct(mesh, bands, free)
     divided = [*bands, *strips(mesh, thickness, free)]
-    rules = [element_rule(mesh.cells[e], divided, thickness, points, integration) for e in first]
-    sides = [_sides(mesh, e, free) for e in first]
-    parts = [
-        integrand(mesh.shape, rule, mesh.cells[e], vectors[e], own)
-        for e, rule, own in zip(first, rules, sides, strict=True)
-    ]
-    pointwise = pointwise or len(parts) * form_bytes(len(mesh.shape.kinds)) > MOST_FORM_BYTES
-    order = element_order(form_of)
-    form_of, connectivity = form_of[order], mesh.connectivity[order]
-    if pointwise:
-        elements = PointElements(tuple(parts[g] for g in form_of), material)
-    else:
-        elements = _pre_integrated(parts, material, vectors[first], form_of, mesh)
-    scalar = _mass_matrix(parts, form_of, connectivity, len(mesh.vectors), density)
+    parts = [_part(mesh, e, divided, thickness, points, integration, free) for e in first]
+    functions = np.array([part.S.shape[1] for part in parts])
+    pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
+    groups = [_group(mesh, parts, form_of, functions == count) for count in np.unique(functions)]
+    elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
+    scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
     volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
     rounded, sides = EPSILON * (material.lame + 2 * material.shear), mesh.edge_lengths
     size = (volume / thickness) ** (1 / 2)
     round_off = rounded * volume ** (2 / 3) / sides.min() + EPSILON * material.shear * size
     round_off_r_z = 2 * rounded * size * sides.max()
-    return Body(mesh, elements, connectivity, scalar, row, volume, len(parts), round_off, round_off_r_z)
+    connectivity = tuple(group.connectivity for group in groups)
+    parts_of_body = (MixedElements(elements), connectivity) if mesh.special else (elements[0], connectivity[0])
+    return Body(mesh, *parts_of_body, scalar, row, volume, len(parts), round_off, round_off_r_z)
+
+
+class _Group(NamedTuple):
+    """Elements of equally many functions in their order: Integrand of each form, form (e,), connectivity (e, i)."""
+
+    parts: list[Integrand]
+    form_of: np.ndarray
+    connectivity: np.ndarray
+
+
+def _part(mesh: Mesh, e: int, bands, thickness: float, points, integration: str, free: Sequence[str]) -> Integrand:
+    """Integrand of an element."""
+    (shape, vectors), cell = mesh.element(e), mesh.cells[e]
+    rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e))
+    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free))
+
+
+def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.ndarray) -> _Group:
+    """The elements whose form (e,) is one of `own` (g,)."""
+    members = np.flatnonzero(own[form_of])
+    members = members[element_order(form_of[members])]
+    connectivity = np.stack([mesh.element(e).vectors for e in members])
+    return _Group([parts[g] for g in np.flatnonzero(own)], (np.cumsum(own) - 1)[form_of[members]], connectivity)
+
+
+def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
+    parts, form_of, connectivity = group
+    if pointwise:
+        return PointElements(tuple(parts[g] for g in form_of), material)
+    first = connectivity[np.unique(form_of, return_index=True)[1]]
+    return _pre_integrated(parts, material, mesh.vectors[first], form_of, mesh)
 
 
 def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
@@ -200,7 +253,7 @@ def distinct(mesh: Mesh, bands: Sequence[Band], free: Sequence[str] = ()) -> tup
     gram = Q @ Q.swapaxes(1, 2)
     rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
     keys = [
-        (signature(cell, bands), _sides(mesh, e, free), row.tobytes())
+        (signature(cell, bands), _sides(mesh, e, free), row.tobytes(), mesh.element(e).shape)
         for e, (cell, row) in enumerate(zip(mesh.cells, rounded, strict=True))
     ]
     number: dict = {}
@@ -213,22 +266,24 @@ def _pre_integrated(parts, material, vectors, form_of, mesh: Mesh) -> QuadraticE
     tensors = (
         np.stack([getattr(form, name) for form in forms]) for name in ("D0", "stress", "symmetric", "antisymmetric")
     )
-    return QuadraticElements(*tensors, form_of, len(mesh.shape.kinds), mesh.shape.positions)
+    return QuadraticElements(*tensors, form_of, len(vectors[0]), mesh.shape.positions)
 
 
-def _mass_matrix(parts: list[Integrand], form_of, connectivity, vectors: int, density: float) -> sp.csr_matrix:
+def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
+    parts, form_of, connectivity = group
     values = np.stack([mass(part, density) for part in parts])[form_of]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
 
 
-def expected_memory(mesh: Mesh, unknowns: int, shapes: int) -> float:
-    """Memory (MB) of a whole process that solves on this mesh with so many distinct elements."""
-    elements, functions = mesh.connectivity.shape
+def expected_memory(mesh: Mesh, unknowns: int, first: np.ndarray) -> float:
+    """Memory (MB) of a whole process that solves on this mesh; first: an element of each distinct shape."""
+    functions = np.array([len(mesh.element(e).vectors) for e in range(len(mesh.connectivity))])
     band = 3 * int(np.ptp(mesh.connectivity, axis=1).max() + 1)
-    own = ELEMENT_BYTES * (functions / 16) ** 2
-    return 92 + 1e-6 * (form_bytes(functions) * shapes + own * elements + 2 * 8 * band * unknowns)
+    own = ELEMENT_BYTES * float(((functions / 16) ** 2).sum())
+    forms = sum(map(form_bytes, functions[first].tolist()))
+    return 92 + 1e-6 * (forms + own + 2 * 8 * band * unknowns)
 
 
 def form_bytes(functions: int) -> int:
@@ -243,10 +298,18 @@ def system(
 ) -> System:
     """The body with held components (3 v,), dead loads and moments."""
     coupled = [np.flatnonzero(moment.row) for moment in moments]
-    sums = assembly(plate.connectivity, len(plate.mesh.vectors), held, coupled)
     mesh = plate.mesh
+    sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held, coupled)
     a, b = (np.ptp(lines) / (len(lines) - 1) for lines in (mesh.x_lines, mesh.y_lines))
-    sides = {"r": 1.0, "r_x": a, "r_y": b, "r_xy": a * b, "r_z": thickness / 2, "d_e": thickness / 2}
+    sides = {
+        "r": 1.0,
+        "r_x": a,
+        "r_y": b,
+        "r_xy": a * b,
+        "r_z": thickness / 2,
+        "d_e": thickness / 2,
+        "d_l": thickness / 2,
+    }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
     return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments))
 

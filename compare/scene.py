@@ -184,6 +184,10 @@ class AncfLevel(Part):
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
     element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
+    fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in
+    thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
+    enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
+    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
     time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
     than the linear response to that increment; modes have none.
@@ -193,6 +197,8 @@ class AncfLevel(Part):
     points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
     integration: Literal["subdomain", "global"] = "subdomain"
     element: Literal["conforming", "acm", "enriched"] = "enriched"
+    fit: tuple[Positive, ...] | None = None
+    enrich: Annotated[Positive, Field(lt=1)] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None
     budget: Budget = "standard"

@@ -204,8 +204,12 @@ def sensitivity(entries: list[Entry]) -> list[dict[str, Any]]:
 
 
 def element(level: Level) -> str:
-    """Name of the element of a level."""
-    return getattr(level, "element", "P2 tetrahedron")
+    """Name of the element of a level, and what was spent on grooves."""
+    if not hasattr(level, "element"):
+        return "P2 tetrahedron"
+    beside = None if level.fit is None else " ".join(["fitted", *(f"{distance:g}" for distance in level.fit)])
+    spent = (beside, level.enrich and f"layers to {level.enrich:g}")
+    return ", ".join([level.element, *filter(None, spent)])
 
 
 def rule(level: Level) -> str | None:

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from compare.scene import load
+from compare.scene import AncfLevel, load
 from compare.study import AS_STATED, Entry
 from compare.table import (
     FORMATS,
     KEYS,
     as_terminal,
     convergences,
+    element,
     judgements,
     rows,
     sensitivity,
@@ -224,3 +225,17 @@ def test_terminal_tables_show_solver_value_and_failure():
         console.print(drawn)
     text = console.file.getvalue()
     assert all(word in text for word in ("ancf (conforming)", "left+right", "-0.45000", "crashed", "P2 tetrahedron"))
+
+
+def test_levels_that_spend_on_grooves_are_rows_of_their_own():
+    even = AncfLevel(mesh=(4, 4), element="enriched", time_step=0.1)
+    spent = [
+        even,
+        even.model_copy(update={"fit": ()}),
+        even.model_copy(update={"fit": (0.8,), "enrich": 0.9}),
+    ]
+    assert [element(level) for level in spent] == [
+        "enriched",
+        "enriched, fitted",
+        "enriched, fitted 0.8, layers to 0.9",
+    ]

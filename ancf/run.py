@@ -58,7 +58,7 @@ from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
 SOLVER = "ancf"
-SAME = 1e-6  # of the thickness: edges this near to each other share a grid line
+SAME = 0.01  # of the thickness: edges this near to each other share a grid line
 LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now

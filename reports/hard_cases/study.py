@@ -26,6 +26,7 @@ from reports.unit import measure
 
 CHAPTERS: tuple[str, ...] = (
     "elements",
+    "grooves",
     "benchmarks",
     "shells",
     "frequencies",

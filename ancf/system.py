@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ancf.assembly import Assembly, Pattern, assembly, couple
-from ancf.element import Integrand, PointElements, integrand, mass
+from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import SaintVenantKirchhoff
@@ -70,9 +70,11 @@ class System:
         """Number of unknowns."""
         return len(self.assembly.free)
 
-    def force_internal(self, q: np.ndarray) -> np.ndarray:
-        """Internal force (u,)."""
-        return self.assembly.vector(self.body.elements.force(self.assembly.gather(q)))[self.assembly.free]
+    def force_internal(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Internal force (u,). more: pairs of a number and an array (3 v,), as in `QuadraticElements.force`."""
+        gather = self.assembly.gather
+        elements = self.body.elements.force(gather(q), [(c, gather(x)) for c, x in more])
+        return self.assembly.vector(elements)[self.assembly.free]
 
     def force_external(self, t: float) -> np.ndarray:
         """Dead loads (u,) at time t."""
@@ -96,9 +98,10 @@ class System:
             couple(self.assembly, moment.row, -moment.stiffness(q, t), data)
         return data
 
-    def tangent(self, q: np.ndarray) -> np.ndarray:
-        """Values (nnz,) of the tangent of the internal force."""
-        return self.assembly.matrix(self.body.elements.tangent(self.assembly.gather(q)))
+    def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
+        gather = self.assembly.gather
+        return self.assembly.matrix(self.body.elements.tangent(gather(q), [(c, gather(x)) for c, x in more]))
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
         """M a (u,) of accelerations (3 v,)."""

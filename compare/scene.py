@@ -158,10 +158,12 @@ def _has(value: Any, key: str) -> bool:
 class Analysis(Part):
     """Dynamics over time, or statics where time is only the parameter of the load histories.
 
-    Output at t = 0, every, 2 every, ... until (s).
+    Output at t = 0, every, 2 every, ... until (s). follow = "arc-length": statics whose load parameter may fall and
+    rise again, as where a shell snaps through; output at every step up to the first equilibrium at t = until.
     """
 
     kind: Literal["dynamic", "static"]
+    follow: Literal["load", "arc-length"] = "load"
     until: Positive = 1.0
     every: Positive = 1.0
 
@@ -182,14 +184,16 @@ class AncfLevel(Part):
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
     element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
-    time_step: seconds, or the increment of the load parameter in statics; modes have none.
+    integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
+    time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
+    than the linear response to that increment; modes have none.
     """
 
     mesh: Annotated[tuple[Count, Count], Pair]
     points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
     integration: Literal["subdomain", "global"] = "subdomain"
     element: Literal["conforming", "acm", "enriched"] = "enriched"
-    integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
+    integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None
     budget: Budget = "standard"
 
@@ -198,8 +202,7 @@ class ReferenceLevel(Part):
     """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s; modes have none).
 
     error_per_step: the displacement error (m) that a time step may add at any node. Where it is stated,
-    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one. In
-    statics, whose answer has no such error, stating it lets the load steps follow the iterations they need.
+    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one.
     """
 
     size: Positive

@@ -33,6 +33,7 @@ ANCF_ORDER = (
     "system",
     "linear_solver",
     "newton",
+    "path",
     "integrate",
     "modes",
     "outline",

@@ -29,6 +29,8 @@ CHAPTERS: tuple[str, ...] = (
     "benchmarks",
     "shells",
     "frequencies",
+    "motion",
+    "paths",
 )
 OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"

@@ -28,6 +28,8 @@ from ancf.shape import Plate
 
 RUN_BYTES = 32_000_000
 FIELDS = ("S", "G", "volume", "M")
+ONE = np.ones(1)
+Terms = Sequence[tuple[float, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,15 +65,24 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray, free: Sequenc
     return Integrand(S, S_p @ inverse, volume, M)
 
 
-def strain(Q: np.ndarray, G: np.ndarray) -> np.ndarray:
-    """Green-Lagrange strain E (e, q, 3, 3) of nodal vectors Q (e, i, 3) with G (e or 1, q, i, 3)."""
+def strain(Q: np.ndarray, G: np.ndarray, factors: np.ndarray = ONE) -> np.ndarray:
+    """Green-Lagrange strain E (e, q, 3, 3) of nodal vectors Q (e, i, 3) with G (e or 1, q, i, 3).
+
+    factors (a,): of each component's part in F^T F, where Q (e, i, a) has others beside the three of space.
+    """
     F = _gradient(Q, G)
-    return (F.swapaxes(-1, -2) @ F - np.eye(3)) / 2
+    return (F.swapaxes(-1, -2) @ (factors[:, None] * F) - np.eye(3)) / 2
 
 
 def _gradient(Q: np.ndarray, G: np.ndarray) -> np.ndarray:
-    """Deformation gradient F_ap (e, q, 3, 3)."""
+    """Deformation gradient F_ap (e, q, a, 3)."""
     return Q[:, None].swapaxes(-1, -2) @ G
+
+
+def _beside(Q: np.ndarray, more: Terms) -> tuple[np.ndarray, np.ndarray]:
+    """Factors (a,) and components (e, i, a) of Q and of the arrays beside it."""
+    factors = np.repeat([1.0, *(c for c, _ in more)], 3)
+    return factors, np.concatenate([Q, *(X for _, X in more)], axis=2)
 
 
 def mass(parts: Integrand, density: float) -> np.ndarray:
@@ -94,16 +105,22 @@ class PointElements:
         runs = ((self._strain(q, run), run) for q, run in self._runs(Q, self.parts))
         return float(sum(run.volume.ravel() @ self.material.energy(E).ravel() for E, run in runs))
 
-    def force(self, Q: np.ndarray) -> np.ndarray:
-        """Internal force (e, i, 3) in N for positions and N m for gradients."""
-        return np.concatenate([self._stiffening(q, run) @ q for q, run in self._runs(Q, self.parts)])
+    def force(self, Q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Internal force (e, i, 3) in N for positions and N m for gradients.
 
-    def tangent(self, Q: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield the packed tangents span by span; see `packing`."""
+        more: pairs (c, X) of a number and an array (e, i, 3); the stress is then that of F^T F + c F_X^T F_X, where
+        F_X = X^T G. The mean of F^T F at Q - X and Q + X is F^T F + F_X^T F_X.
+        """
+        factors, Q = _beside(Q, more)
+        return np.concatenate([self._stiffening(q, run, factors) @ q[..., :3] for q, run in self._runs(Q, self.parts)])
+
+    def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
+        """Yield the packed tangents span by span; see `packing`. more: as in `force`."""
         rows, columns, second = packing(Q.shape[1])
+        factors, Q = _beside(Q, more)
         for start in range(0, len(Q), SPAN):
             part = slice(start, start + SPAN)
-            K = np.concatenate([self._tangent(q, run) for q, run in self._runs(Q[part], self.parts[part])])
+            K = np.concatenate([self._tangent(q, run, factors) for q, run in self._runs(Q[part], self.parts[part])])
             entries = K.reshape(len(K), 3 * Q.shape[1], -1)[:, rows, columns]
             yield np.concatenate([entries[:, :second].ravel(), entries[:, second:].ravel()])
 
@@ -130,28 +147,28 @@ class PointElements:
         flat = (array.reshape(e, 9 * q, -1) for array in (X, M, CM))
         return relaxed(*flat).reshape(e, q, 9, c)
 
-    def _strain(self, Q: np.ndarray, run: Integrand) -> np.ndarray:
+    def _strain(self, Q: np.ndarray, run: Integrand, factors: np.ndarray = ONE) -> np.ndarray:
         """E (e, q, 3, 3), the enhanced strain included."""
-        E = strain(Q, run.G)
+        E = strain(Q, run.G, factors)
         return self._relaxed(E.reshape(*E.shape[:2], 9, 1), run).reshape(E.shape)
 
-    def _stiffening(self, Q: np.ndarray, run: Integrand) -> np.ndarray:
+    def _stiffening(self, Q: np.ndarray, run: Integrand, factors: np.ndarray) -> np.ndarray:
         """P_ij (e, i, j) = integral G_ip S_pr G_jr dV."""
         G = run.G
-        S = self.material.stress(self._strain(Q, run)) * run.volume[..., None, None]
+        S = self.material.stress(self._strain(Q, run, factors)) * run.volume[..., None, None]
         e, q, i, _ = G.shape
         GS = (G @ S).swapaxes(1, 2).reshape(e, i, 3 * q)
         return GS @ G.swapaxes(2, 3).reshape(e, 3 * q, i)
 
-    def _tangent(self, Q: np.ndarray, run: Integrand) -> np.ndarray:
+    def _tangent(self, Q: np.ndarray, run: Integrand, factors: np.ndarray) -> np.ndarray:
         """Tangents K (e, i, 3, k, 3) of elements with equally many points."""
         e, q, i, _ = run.G.shape
-        C = self.material.tangent(self._strain(Q, run)) * run.volume[..., None, None, None, None]
-        E_q = np.einsum("eqap,eqir->eqpria", _gradient(Q, run.G), run.G).reshape(e, q, 9, 3 * i)
+        C = self.material.tangent(self._strain(Q, run, factors)) * run.volume[..., None, None, None, None]
+        E_q = np.einsum("eqap,eqir->eqpria", _gradient(Q[..., :3], run.G), run.G).reshape(e, q, 9, 3 * i)
         CE = C.reshape(e, q, 9, 9) @ self._relaxed(E_q, run)
         K = E_q.reshape(e, 9 * q, 3 * i).swapaxes(1, 2) @ CE.reshape(e, 9 * q, 3 * i)
         K = K.reshape(e, i, 3, i, 3)
-        P = self._stiffening(Q, run)
+        P = self._stiffening(Q, run, factors)
         for a in range(3):
             K[:, :, a, :, a] += P
         return K

@@ -1,9 +1,18 @@
-"""Implicit time integration: trapezoidal rule and generalized-alpha, as one family.
+"""Implicit time integration: trapezoidal rule and generalized-alpha as one family, and an energy-momentum scheme.
 
 With q1 = q0 + dt v0 + dt^2 ((1/2 - beta) a0 + beta a1) and v1 = v0 + dt ((1 - gamma) a0 + gamma a1),
 the acceleration a1 solves (Chung and Hulbert 1993)
 
     M ((1 - alpha_m) a1 + alpha_m a0) + (1 - alpha_f) (f1 - F1) + alpha_f (f0 - F0) = 0.
+
+The energy-momentum scheme (Simo and Tarnow 1992) takes the mean velocity and the mean stress of both ends,
+
+    q1 - q0 = dt (v0 + v1) / 2,    M (v1 - v0) / dt + P(D_mean) Q_mean = (F0 + F1) / 2.
+
+Because D1 - D0 = dQ Q_mean^T + Q_mean dQ^T with dQ = Q1 - Q0 (see `ancf.quadratic_form`), the mean stress P
+does exactly the work U1 - U0 on dQ: for St. Venant-Kirchhoff solids energy and both momenta are kept for any dt, up to
+Newton's tolerance, which is round-off here. Its derivative by Q1 has Q1 beside Q_mean; the tangent at the middle,
+which is symmetric, stands for it and errs by the angle that a step turns.
 """
 
 from __future__ import annotations
@@ -12,11 +21,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ancf.element import Terms
 from ancf.linear_solver import LinearSolver
-from ancf.newton import OK, TOLERANCE, Balance, Factor, correct
+from ancf.newton import OK, TOLERANCE, Balance, Correction, Factor, Problem, correct, correct_from_afar, plus
 from ancf.system import EPSILON, System
 
 SMALLEST_CUT = 2.0**-6
+PATIENCE = 10  # iterations: a fresh factor of the symmetric tangent makes the energy-momentum scheme little faster
 
 
 class Scheme(NamedTuple):
@@ -35,11 +46,24 @@ def generalized_alpha(radius: float) -> Scheme:
     return Scheme(alpha_m, alpha_f, (1 - alpha_m + alpha_f) ** 2 / 4, 0.5 - alpha_m + alpha_f, 2)
 
 
-SCHEMES = {"trapezoidal": Scheme(0.0, 0.0, 0.25, 0.5, 2), "generalized-alpha": generalized_alpha(0.8)}
+class EnergyMomentum(NamedTuple):
+    """The scheme that keeps energy and momenta, and its order of accuracy."""
+
+    order: int = 2
+
+
+SCHEMES = {
+    "trapezoidal": Scheme(0.0, 0.0, 0.25, 0.5, 2),
+    "generalized-alpha": generalized_alpha(0.8),
+    "energy-momentum": EnergyMomentum(),
+}
 
 
 class State(NamedTuple):
-    """Time (s), components q, v, a (3 v,), unbalanced force f - F (u,), work of the loads so far (J)."""
+    """Time (s), components q, v, a (3 v,), unbalanced force f - F (u,), work of the loads so far (J).
+
+    Behind an energy-momentum step a and the force are their means over the step.
+    """
 
     t: float
     q: np.ndarray
@@ -68,37 +92,84 @@ def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.nda
 
 
 def step(
-    system: System, solver: LinearSolver, scheme: Scheme, state: State, dt: float, factor: Factor | None = None
+    system: System,
+    solver: LinearSolver,
+    scheme: Scheme | EnergyMomentum,
+    state: State,
+    dt: float,
+    factor: Factor | None = None,
 ) -> Step:
     """One step of length dt (s). The state is unchanged where the status is not ok."""
+    if isinstance(scheme, EnergyMomentum):
+        return _conserving_step(system, solver, state, dt, factor)
     alpha_m, alpha_f, beta, gamma, _ = scheme
-    t = state.t + dt
-    external = system.force_external(t)
+    external = system.force_external(state.t + dt)
     inertial = (1 - alpha_m) / (beta * dt**2)
     drift = state.q + dt * state.v + dt**2 * (0.5 - beta) * state.a
-    force = state.force
-    floor = system.force_floor(state.q) + EPSILON * inertial * system.body.total_mass * np.abs(state.q).max()
+    force, floor = state.force, _floor(system, state.q, inertial)
 
     def acceleration(q: np.ndarray) -> np.ndarray:
         return (q - drift) / (beta * dt**2)
 
-    def balance(q: np.ndarray) -> Balance:
+    def balance(q: np.ndarray, more: Terms) -> Balance:
         nonlocal force
-        internal = system.force_internal(q)
+        internal = system.force_internal(q, more)
         force = internal - external
         inertia = system.inertia((1 - alpha_m) * acceleration(q) + alpha_m * state.a)
         residual = -(inertia + (1 - alpha_f) * force + alpha_f * state.force)
         return Balance(residual, max(floor, *(TOLERANCE * system.norm(x) for x in (external, internal, inertia))))
 
-    def jacobian(q: np.ndarray) -> np.ndarray:
-        return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q)
+    def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
+        return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q, more)
 
-    guess = drift + beta * dt**2 * state.a
-    found = correct(system, solver, guess, balance, jacobian, factor, reuse=True)
+    problem = Problem(balance, jacobian)
+    found = correct(system, solver, drift + beta * dt**2 * state.a, problem, factor, reuse=True)
+    if found.status != OK:
+        found = plus(found, correct_from_afar(system, solver, state.q, problem))
+    a = acceleration(found.q)
+    return _taken(system, state, dt, found, state.v + dt * ((1 - gamma) * state.a + gamma * a), a, force)
+
+
+def _conserving_step(system: System, solver: LinearSolver, state: State, dt: float, factor: Factor | None) -> Step:
+    """One energy-momentum step; without a factor from the step before it begins from afar."""
+    inertial = 2 / dt**2
+    external = (system.force_external(state.t) + system.force_external(state.t + dt)) / 2
+    force, floor = state.force, _floor(system, state.q, inertial)
+
+    def middle(q: np.ndarray, more: Terms) -> tuple[np.ndarray, Terms]:
+        return (state.q + q) / 2, ((1.0, (q - state.q) / 2), *more)
+
+    def balance(q: np.ndarray, more: Terms) -> Balance:
+        nonlocal force
+        force = system.force_internal(*middle(q, more)) - external
+        return Balance(-(system.inertia(inertial * (q - state.q - dt * state.v)) + force), floor)
+
+    def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
+        return inertial * system.mass_values + 0.5 * system.tangent(*middle(q, more))
+
+    problem, found = Problem(balance, jacobian, quadratic=0.5, patience=PATIENCE), None
+    if factor is not None:
+        guess = state.q + dt * state.v + dt**2 / 2 * state.a
+        found = correct(system, solver, guess, problem, factor, reuse=True)
+    if found is None or found.status != OK:
+        afar = correct_from_afar(system, solver, state.q, problem)
+        found = afar if found is None else plus(found, afar)
+    v = 2 / dt * (found.q - state.q) - state.v
+    return _taken(system, state, dt, found, v, (v - state.v) / dt, force)
+
+
+def _floor(system: System, q: np.ndarray, inertial: float) -> float:
+    """Round-off (N) of the internal force and of an inertia that is `inertial` M times a difference of positions."""
+    return system.force_floor(q) + EPSILON * inertial * system.body.total_mass * np.abs(q).max()
+
+
+def _taken(
+    system: System, state: State, dt: float, found: Correction, v: np.ndarray, a: np.ndarray, force: np.ndarray
+) -> Step:
+    """The step to the equilibrium that was found."""
     if found.status != OK:
         return Step(state, found.status, found.iterations, found.factorisations, None)
-    a = acceleration(found.q)
-    v = state.v + dt * ((1 - gamma) * state.a + gamma * a)
+    t = state.t + dt
     loads = (system.loads_total(state.t) + system.loads_total(t)) / 2
     work = state.work + float(loads @ (found.q - state.q))
     return Step(State(t, found.q, v, a, force, work), OK, found.iterations, found.factorisations, found.factor)
@@ -116,7 +187,13 @@ class Motion(NamedTuple):
 
 
 def advance(
-    system: System, solver: LinearSolver, scheme: Scheme, state: State, until: float, dt: float, factor: Factor | None
+    system: System,
+    solver: LinearSolver,
+    scheme: Scheme | EnergyMomentum,
+    state: State,
+    until: float,
+    dt: float,
+    factor: Factor | None,
 ) -> Motion:
     """Steps of length dt from the state to the time `until`, a whole number of steps away.
 

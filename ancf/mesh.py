@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ancf.nurbs import Surface, surface_derivatives, unit_normal
+from ancf.nurbs import GeometryError, Surface, crease, surface_derivatives, unit_normal
 from ancf.shape import CONFORMING, CORNERS, EDGES, Plate
 
 Cell = tuple[tuple[float, float], tuple[float, float]]
@@ -104,12 +104,14 @@ def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = Non
 
     Nodal vectors on a surface are its point, its parameter derivatives and its unit normal; an edge has
     what the normal at its middle exceeds the mean of those at its ends by. Raises ValueError where the
-    lines do not increase, GeometryError where the surface is degenerate at a node or the middle of an edge.
+    lines do not increase, GeometryError where the surface has a crease or is degenerate at a node or the middle
+    of an edge.
     """
     lines = np.asarray(x_lines, dtype=float), np.asarray(y_lines, dtype=float)
     for name, values in zip("xy", lines, strict=True):
         if values.ndim != 1 or len(values) < 2 or not np.all(np.diff(values) > 0):
             raise ValueError(f"grid lines along {name} must increase and number at least two, got {values}")
+    _require_smooth(surface)
     nx, ny = len(lines[0]), len(lines[1])
     places = _places(nx, ny, len(shape.node_kinds), len(shape.edge_kinds))
     corners = np.stack([index.ravel() for index in np.indices((nx - 1, ny - 1))], axis=1)
@@ -124,6 +126,14 @@ def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = Non
         own = first[..., None] + np.arange(len(names))
         vectors[own], parameters[own], kinds[own] = values, at[..., None, :], names
     return Mesh(shape, *lines, vectors, places.connectivity(corners, shape), kinds, parameters, corners)
+
+
+def _require_smooth(surface: Surface | None) -> None:
+    """Raise GeometryError where the tangent of a surface jumps: the nodal vectors r_x and r_y have one value."""
+    for axis in (0, 1) if surface is not None else ():
+        if (knot := crease(surface, axis)) is not None:
+            name = "xy"[axis]
+            raise GeometryError(f"the surface has a crease at {name} = {knot:g}: the gradient r_{name} jumps there")
 
 
 class _Places(NamedTuple):

@@ -3,6 +3,12 @@
 Where factors are reused, an old one is corrected by BFGS updates (Matthies, Strang 1979; two-loop form of Nocedal
 1980), across iterations and time steps.
 
+Where a time step turns far and leaves Newton's method lost, `approach` starts it closer. Its tangent and residual
+leave out the stress that the part quadratic in an iteration's step has brought: the stretch of what turned along a
+tangent, which exceeds everything else by far (Magisano, Leonetti, Garcea, IJNME 2017, "mixed integration points").
+On the cantilever at a hundred times its load, steps of 0.25 s are then cut into 5 instead of 35. In statics it saved
+no load step in any case tried.
+
 A residual has converged when its size in newtons (gradients divided by their lengths, see `System`)
 is at most TOLERANCE times the largest of the forces that balance in it, or round-off of the internal
 force of the undeformed plate and of the inertia.
@@ -17,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ancf.element import Terms
 from ancf.linear_solver import LinearSolver, SingularMatrix, Solve
 from ancf.system import System
 
@@ -28,6 +35,9 @@ MOST_PATIENCE = 20
 BAND_PER_ITERATION = 45
 PAIRS = 8
 CURVATURE = 1e-12
+NEAR_LIMIT = 20
+CLOSE = 1e-2
+FEW = 3
 SMALLEST_CUT = 2.0**-10
 
 OK = "ok"
@@ -68,6 +78,18 @@ class Factor:
             self.pairs.append((step, change, 1 / curvature))
 
 
+class Problem(NamedTuple):
+    """An equilibrium to be found: balance(q, more), residual = loads - what resists, and jacobian(q, more),
+    values (nnz,) of minus its derivative. more: what the stress has beyond that of q, see `System.force_internal`;
+    the part quadratic in a step (3 v,) enters it with the factor `quadratic`. patience: see `correct`.
+    """
+
+    balance: Callable[[np.ndarray, Terms], Balance]
+    jacobian: Callable[[np.ndarray, Terms], np.ndarray]
+    quadratic: float = 1.0
+    patience: int = PATIENCE
+
+
 class Correction(NamedTuple):
     """Where Newton ended: q (3 v,), status, iterations, factorisations, and the factor it used last."""
 
@@ -82,24 +104,22 @@ def correct(
     system: System,
     solver: LinearSolver,
     q: np.ndarray,
-    balance: Callable[[np.ndarray], Balance],
-    jacobian: Callable[[np.ndarray], np.ndarray],
+    problem: Problem,
     factor: Factor | None = None,
     reuse: bool = False,
     least: int = 0,
 ) -> Correction:
     """Solve balance(q).residual = 0 from q.
 
-    balance: residual = loads - what resists. jacobian(q): values (nnz,) of minus its derivative.
     least: iterations that are made at least.
     reuse: keep a factorisation, also the one handed over, until at the rate of the last iteration too many further
-    ones would follow: more than PATIENCE, or where the band is wide, and a factorisation dear, one for each
-    BAND_PER_ITERATION of it up to MOST_PATIENCE. Otherwise every iteration has its own.
+    ones would follow: more than the problem's patience, or where the band is wide, and a factorisation dear, one for
+    each BAND_PER_ITERATION of it up to MOST_PATIENCE. Otherwise every iteration has its own.
     """
-    patience = max(PATIENCE, min(MOST_PATIENCE, solver.bandwidth / BAND_PER_ITERATION))
+    patience = max(problem.patience, min(MOST_PATIENCE, solver.bandwidth / BAND_PER_ITERATION))
     q, free = q.copy(), system.assembly.free
     iterations = factorisations = 0
-    residual, tolerance = balance(q)
+    residual, tolerance = problem.balance(q, ())
     norm = system.norm(residual)
     factor = factor if reuse else None
 
@@ -113,7 +133,7 @@ def correct(
             return ended(DIVERGED)
         if factor is None:
             try:
-                factor = Factor(solver.factorise(jacobian(q)))
+                factor = Factor(solver.factorise(problem.jacobian(q, ())))
             except SingularMatrix:
                 return ended(SINGULAR)
             factorisations += 1
@@ -121,7 +141,7 @@ def correct(
         q[free] += step
         iterations += 1
         before, last = residual, norm
-        residual, tolerance = balance(q)
+        residual, tolerance = problem.balance(q, ())
         norm = system.norm(residual)
         factor.learn(step, before - residual)
         if not reuse or _too_slow(norm, last, tolerance, patience):
@@ -132,6 +152,43 @@ def correct(
 def _too_slow(norm: float, last: float, tolerance: float, patience: float) -> bool:
     """Whether a residual that has come from `last` to `norm` needs more than `patience` iterations like that."""
     return not norm < last or math.log(tolerance / norm) < patience * math.log(norm / last)
+
+
+def approach(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:
+    """A point near the equilibrium, from q; ok where a step of Newton's method was CLOSE to none."""
+    start, free, more, factor = q, system.assembly.free, (), None
+    for count in range(1, NEAR_LIMIT + 1):
+        try:
+            factor = Factor(solver.factorise(problem.jacobian(q, more)))
+        except SingularMatrix:
+            return Correction(q, SINGULAR, count, count - 1, None)
+        change = np.zeros_like(q)
+        change[free] = factor(problem.balance(q, more).residual)
+        q, more = q + change, ((-problem.quadratic, change),)
+        size = float(np.abs(change).max())
+        if not np.isfinite(size):
+            return Correction(q, NOT_FINITE, count, count, None)
+        if size <= CLOSE * float(np.abs(q - start).max()):
+            return Correction(q, OK, count, count, factor)
+    return Correction(q, DIVERGED, NEAR_LIMIT, NEAR_LIMIT, None)
+
+
+def correct_from_afar(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:
+    """`correct`, reusing factorisations, from what `approach` reaches from q; without a factor for the next step
+    where that took more than FEW iterations, so that the next one begins from afar as well."""
+    near = approach(system, solver, q, problem)
+    if near.status != OK:
+        return near
+    found = plus(near, correct(system, solver, near.q, problem, near.factor, reuse=True))
+    return found if near.iterations <= FEW else found._replace(factor=None)
+
+
+def plus(before: Correction, found: Correction) -> Correction:
+    """What was found, with the work spent before."""
+    return found._replace(
+        iterations=before.iterations + found.iterations,
+        factorisations=before.factorisations + found.factorisations,
+    )
 
 
 class Path(NamedTuple):
@@ -156,10 +213,9 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        balance, tangent = _statics(system, target)
         before = system.loads_total(t) + system.moments_total(q, t)
         after = system.loads_total(target) + system.moments_total(q, target)
-        found = correct(system, solver, q, balance, tangent, least=int(np.any(before != after)))
+        found = correct(system, solver, q, _statics(system, target), least=int(np.any(before != after)))
         iterations += found.iterations
         if found.status == OK:
             loads = before + system.loads_total(target) + system.moments_total(found.q, target)
@@ -172,14 +228,18 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     return Path(until, q, work, OK, steps, iterations)
 
 
-def _statics(system: System, t: float) -> tuple[Callable[[np.ndarray], Balance], Callable[[np.ndarray], np.ndarray]]:
-    """F(q, t) - f(q), and minus its derivative (nnz,)."""
+def _statics(system: System, t: float) -> Problem:
+    """F(q, t) - f(q), and minus its derivative."""
     dead = system.loads_total(t)
 
-    def balance(q: np.ndarray) -> Balance:
-        external = (dead + system.moments_total(q, t))[system.assembly.free]
-        internal = system.force_internal(q)
-        tolerance = max(TOLERANCE * max(system.norm(external), system.norm(internal)), system.force_floor(q))
-        return Balance(external - internal, tolerance)
+    def balance(q: np.ndarray, more: Terms) -> Balance:
+        return static_balance(system, dead + system.moments_total(q, t), q)
 
-    return balance, lambda q: system.tangent_static(q, t)
+    return Problem(balance, lambda q, more: system.tangent_static(q, t))
+
+
+def static_balance(system: System, loads: np.ndarray, q: np.ndarray) -> Balance:
+    """F - f(q) of the loads F (3 v,)."""
+    external, internal = loads[system.assembly.free], system.force_internal(q)
+    size = max(system.norm(external), system.norm(internal))
+    return Balance(external - internal, max(TOLERANCE * size, system.force_floor(q)))

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from scipy.interpolate import BSpline, NdBSpline
 
 ITERATIONS = 100
+SAMPLES = 33  # across a line of knots
+CREASE = 1e-6  # of a tangent: control points are typed with ten digits and more
 
 
 class GeometryError(ValueError):
@@ -156,6 +158,33 @@ def unit_normal(values: SurfaceDerivatives) -> Normal:
     m_v = np.cross(values.s_uv, values.s_v) + np.cross(values.s_u, values.s_vv)
     n = m / length
     return Normal(n, *((d - n * np.sum(n * d, axis=-1, keepdims=True)) / length for d in (m_u, m_v)))
+
+
+def crease(surface: Surface, axis: int) -> float | None:
+    """First parameter along an axis (0 or 1) at which the tangent along it jumps; None where the surface is C1.
+
+    It can jump at inner knots that stand `degree` times. With homogeneous rows A of the net, A_i on such a knot,
+    A' = p (A_i - A_i-1) / (its distance to the knot before) on one side and alike on the other, s' = (A' - w' s) / w.
+    """
+    from scipy.interpolate import BSpline
+
+    p, knots, (low, high) = surface.degree[axis], surface.knots[axis], surface.domain[axis]
+    across, degree, ends = surface.knots[1 - axis], surface.degree[1 - axis], surface.domain[1 - axis]
+    net = np.moveaxis(_homogeneous(surface.control_points, surface.weights), axis, 0)
+    for knot in np.unique(knots[(knots > low) & (knots < high)]):
+        first = int(np.searchsorted(knots, knot))
+        if np.count_nonzero(knots == knot) < p:
+            continue
+        rows = BSpline(across, net[first - 2 : first + 1].swapaxes(0, 1), degree)(np.linspace(*ends, SAMPLES))
+        s, w = rows[:, 1, :-1] / rows[:, 1, -1:], rows[:, 1, -1:]
+        steps = knot - knots[first - 1], knots[first + p] - knot
+        before, after = (
+            p * (change[:, :-1] - change[:, -1:] * s) / (w * step)
+            for change, step in zip(np.diff(rows, axis=1).swapaxes(0, 1), steps, strict=True)
+        )
+        if np.abs(after - before).max() > CREASE * np.abs(before).max():
+            return float(knot)
+    return None
 
 
 def invert(curve: Curve, values: ArrayLike, component: int = 0) -> np.ndarray:

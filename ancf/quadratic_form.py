@@ -32,7 +32,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ancf.element import Integrand
+from ancf.element import Integrand, Terms
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 
@@ -192,32 +192,40 @@ class QuadraticElements:
             total += 0.5 * float(np.einsum("em,em,m->", strain, P, pair.weight[pair.moving]))
         return total
 
-    def force(self, Q: np.ndarray) -> np.ndarray:
-        """Internal force (e, i, 3) in N for positions and N m for gradients."""
+    def force(self, Q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Internal force (e, i, 3) in N for positions and N m for gradients.
+
+        more: pairs (c, X) of a number and an array (e, i, 3); the stress is then that of Q Q^T + c X X^T. The mean
+        of the Gram matrices of Q - X and Q + X is Q Q^T + X X^T, and what Q + X has beyond its part linear in X
+        is X X^T.
+        """
         n, of = self.functions, pairs(self.functions).of.ravel()
         force = np.empty_like(Q)
         for portion in self._portions:
-            self._stress(Q, portion)
+            self._stress(Q, portion, more)
             work = portion.work
             P = work["P"].take(of, axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
             np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
         return force
 
-    def tangent(self, Q: np.ndarray) -> Iterator[np.ndarray]:
-        """Yield the packed tangents span by span; see `packing`. The array is reused."""
+    def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
+        """Yield the packed tangents span by span; see `packing`. The array is reused. more: as in `force`."""
         for portion in self._portions:
-            self._stress(Q, portion)
+            self._stress(Q, portion, more)
             self._tangent(portion)
             if portion.e.stop % SPAN == 0 or portion.e.stop == len(Q):
                 yield portion.packed
 
-    def _stress(self, Q: np.ndarray, portion: Portion) -> None:
+    def _stress(self, Q: np.ndarray, portion: Portion, more: Terms = ()) -> None:
         """Fill Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
         n, pair, work = self.functions, pairs(self.functions), portion.work
         own, D, gram = work["Q"], work["D"], work["gram"]
         np.copyto(own, Q[portion.e])
         own[:, self.positions] -= own[:, self.positions[:1]]
         np.matmul(own, own.swapaxes(1, 2), out=gram)
+        for c, X in more:
+            other = from_first_node(X[portion.e], self.positions)
+            gram += c * (other @ other.swapaxes(1, 2))
         gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
         D -= portion.D0
         for product in portion.stress:

@@ -24,7 +24,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -47,6 +47,7 @@ from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, GeometryError, Surface, surface_derivatives
 from ancf.outline import facets, rows
+from ancf.path import Point, follow
 from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
@@ -84,6 +85,7 @@ class History:
     kinetic: list[float] = field(default_factory=list)
     strain: list[float] = field(default_factory=list)
     external: list[float] = field(default_factory=list)
+    load_parameter: list[float] = field(default_factory=list)
     steps: int = 0
     iterations: int = 0
     factorisations: int = 0
@@ -126,8 +128,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
 
 def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of statics or dynamics."""
-    run = _statics if scene.analysis.kind == "static" else _dynamics
-    history, q = run(scene, level, model, progress)
+    history, q = _way(scene)(scene, level, model, progress)
     found = dict(
         times=np.array(history.times),
         probe_position=model.probes @ model.mesh.vectors,
@@ -138,6 +139,7 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         steps=history.steps,
         newton_iterations=history.iterations,
         outline=_outline(scene, model, q),
+        load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
     return found, {"factorisations": history.factorisations}
 
@@ -160,6 +162,13 @@ def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress)
         outline=_outline(scene, model, mesh.vectors, modes.shapes),
     )
     return found, {"rigid_modes": modes.rigid, "solves": modes.solves}
+
+
+def _way(scene: Scene) -> Callable:
+    """How the scene's statics or dynamics are followed."""
+    if scene.analysis.kind == "dynamic":
+        return _dynamics
+    return _statics if scene.analysis.follow == "load" else _path
 
 
 def _header(scene: Scene, level: AncfLevel) -> dict:
@@ -326,15 +335,10 @@ def _output_times(scene: Scene) -> np.ndarray:
 
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """Loads that act at t = 0 are first brought up from nothing, then the path follows the histories."""
-    q = model.mesh.vectors.ravel().copy()
-    acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
-    times = _output_times(scene)
-    history = History()
-    dead, moments = (tuple(brought_up(load, 0.0) for load in loads) for loads in (acting.loads, acting.moments))
-    ramp, acts = replace(acting, loads=dead, moments=moments), any(load.factor(1.0) for load in dead + moments)
-    paths = [(ramp, 0.0, float(acts), level.time_step / times[-1])]
-    paths += [(acting, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
-    work = 0.0
+    history, q, work = History(), model.mesh.vectors.ravel().copy(), 0.0
+    solver, times = LinearSolver(model.system.assembly.pattern), _output_times(scene)
+    paths = [_bringing_up(scene, level, model)]
+    paths += [(model.system, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
     for t, (loaded, t0, t1, step) in zip(times, paths, strict=True):
         path = equilibrium(loaded, solver, q, t0, t1, step)
         history.steps += path.steps
@@ -346,6 +350,35 @@ def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -
         _record(history, model, float(t), q, np.zeros_like(q), work)
         _tell(progress, t / times[-1])
     return history, q
+
+
+def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
+    """System, range of its load parameter and load step that bring up the loads acting at t = 0."""
+    acting = model.system
+    dead, moments = (tuple(brought_up(load, 0.0) for load in loads) for loads in (acting.loads, acting.moments))
+    acts = any(load.factor(1.0) for load in dead + moments)
+    return replace(acting, loads=dead, moments=moments), 0.0, float(acts), level.time_step / scene.analysis.until
+
+
+def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
+    """Statics by arc length, behind the loads that act at t = 0; every point is an output."""
+    history, solver = History(), LinearSolver(model.system.assembly.pattern)
+    ramp, t0, t1, step = _bringing_up(scene, level, model)
+    begun = equilibrium(ramp, solver, model.mesh.vectors.ravel().copy(), t0, t1, step)
+    points = [Point(0.0, 0.0, begun.q, 0.0, begun.status, begun.iterations)]
+    if begun.status == OK:
+        points = chain(points, follow(model.system, solver, begun.q, scene.analysis.until, level.time_step))
+    for point in points:
+        history.steps += 1
+        history.iterations += point.iterations
+        history.factorisations += point.iterations
+        history.status = point.status
+        if point.status != OK:
+            break
+        _record(history, model, point.length, point.q, np.zeros_like(point.q), begun.work + point.work)
+        history.load_parameter.append(point.t)
+        _tell(progress, max(history.load_parameter) / scene.analysis.until)
+    return history, point.q
 
 
 def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
@@ -427,7 +460,7 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled = [
         f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
         f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
-        _analysis_words(scene, level),
+        _marching_words(scene, level),
     ]
     modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
     modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
@@ -453,12 +486,14 @@ def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     return modelled, left_out
 
 
-def _analysis_words(scene: Scene, level: AncfLevel) -> str:
+def _marching_words(scene: Scene, level: AncfLevel) -> str:
     """How the scene's analysis is done."""
     if scene.analysis.kind == "modes":
         return f"the {scene.analysis.count} lowest elastic modes, shift-and-invert Lanczos iteration"
     if scene.analysis.kind == "dynamic":
         return f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
+    if scene.analysis.follow == "arc-length":
+        return f"static equilibria by arc length, no step longer than the linear response to {level.time_step:g} of t"
     return f"static equilibrium by load steps of {level.time_step:g}"
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ancf.assembly import Assembly, MixedAssembly, Pattern, assembly, couple, mixed_assembly
-from ancf.element import Integrand, PointElements, integrand, mass
+from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import SaintVenantKirchhoff
@@ -23,8 +23,8 @@ ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
-
 Elements = QuadraticElements | PointElements
+MixedTerms = Sequence[tuple[float, Sequence[np.ndarray]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +37,18 @@ class MixedElements:
         """Strain energy (J)."""
         return sum(group.energy(own) for group, own in zip(self.groups, Q, strict=True))
 
-    def force(self, Q: Sequence[np.ndarray]) -> list[np.ndarray]:
-        """Internal force (e, i, 3) of each group."""
-        return [group.force(own) for group, own in zip(self.groups, Q, strict=True)]
+    def force(self, Q: Sequence[np.ndarray], more: MixedTerms = ()) -> list[np.ndarray]:
+        """Internal force (e, i, 3) of each group. more: as in `QuadraticElements.force`, X by group."""
+        return [group.force(Q[g], _own(more, g)) for g, group in enumerate(self.groups)]
 
-    def tangent(self, Q: Sequence[np.ndarray]) -> Iterator[Iterator[np.ndarray]]:
-        """Packed tangents of each group, span by span."""
-        return (group.tangent(own) for group, own in zip(self.groups, Q, strict=True))
+    def tangent(self, Q: Sequence[np.ndarray], more: MixedTerms = ()) -> Iterator[Iterator[np.ndarray]]:
+        """Packed tangents of each group, span by span. more: as in `force`."""
+        return (group.tangent(Q[g], _own(more, g)) for g, group in enumerate(self.groups))
+
+
+def _own(more: MixedTerms, group: int) -> Terms:
+    """The terms of one group."""
+    return [(c, X[group]) for c, X in more]
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +99,11 @@ class System:
         """Number of unknowns."""
         return len(self.assembly.free)
 
-    def force_internal(self, q: np.ndarray) -> np.ndarray:
-        """Internal force (u,)."""
-        return self.assembly.vector(self.body.elements.force(self.assembly.gather(q)))[self.assembly.free]
+    def force_internal(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Internal force (u,). more: pairs of a number and an array (3 v,), as in `QuadraticElements.force`."""
+        gather = self.assembly.gather
+        elements = self.body.elements.force(gather(q), [(c, gather(x)) for c, x in more])
+        return self.assembly.vector(elements)[self.assembly.free]
 
     def force_external(self, t: float) -> np.ndarray:
         """Dead loads (u,) at time t."""
@@ -120,9 +127,10 @@ class System:
             couple(self.assembly, moment.row, -moment.stiffness(q, t), data)
         return data
 
-    def tangent(self, q: np.ndarray) -> np.ndarray:
-        """Values (nnz,) of the tangent of the internal force."""
-        return self.assembly.matrix(self.body.elements.tangent(self.assembly.gather(q)))
+    def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
+        gather = self.assembly.gather
+        return self.assembly.matrix(self.body.elements.tangent(gather(q), [(c, gather(x)) for c, x in more]))
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
         """M a (u,) of accelerations (3 v,)."""

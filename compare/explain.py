@@ -49,7 +49,8 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     if analysis.kind == "modes":
         found.append(("analysis", "small vibrations about the undeformed plate, which carries no load"))
         return [*found, ("answer", f"the {analysis.count} lowest natural frequencies in Hz, rigid motions not counted")]
-    found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}"))
+    way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
+    found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
 
 

@@ -50,6 +50,8 @@ class Result:
     its mean); displacement (t, p, 3). energies: kind -> (t,), for example "kinetic", "strain",
     "external" (work done by the loads). status: "ok", or the name of the failure; then the arrays
     end at the last time that was reached. facts: further scalars worth a look, for example volume.
+    load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
+    the length of the path, in units of the linear response to a load parameter of 1.
     frequencies (k,): natural frequencies in Hz, ascending, where the scene asks for modes: there are then
     no times, and facts["rigid_modes"] counts the rigid motions of frequency 0 that are not among them.
     """
@@ -74,6 +76,7 @@ class Result:
     newton_iterations: int = 0
     facts: dict[str, float] = field(default_factory=dict)
     outline: Outline | None = None
+    load_parameter: np.ndarray | None = None
     frequencies: np.ndarray | None = None
 
     def position(self, probe: str) -> np.ndarray:
@@ -83,7 +86,7 @@ class Result:
 
 
 ARRAYS = ("times", "probe_position", "displacement")
-OPTIONAL = ("frequencies",)
+OPTIONAL = ("frequencies", "load_parameter")
 OUTLINE = ("points", "displacement", "triangles", "edges", "modes")
 
 

@@ -158,10 +158,12 @@ def _has(value: Any, key: str) -> bool:
 class Analysis(Part):
     """Dynamics over time, or statics where time is only the parameter of the load histories.
 
-    Output at t = 0, every, 2 every, ... until (s).
+    Output at t = 0, every, 2 every, ... until (s). follow = "arc-length": statics whose load parameter may fall and
+    rise again, as where a shell snaps through; output at every step up to the first equilibrium at t = until.
     """
 
     kind: Literal["dynamic", "static"]
+    follow: Literal["load", "arc-length"] = "load"
     until: Positive = 1.0
     every: Positive = 1.0
 
@@ -186,7 +188,9 @@ class AncfLevel(Part):
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
-    time_step: seconds, or the increment of the load parameter in statics; modes have none.
+    integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
+    time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
+    than the linear response to that increment; modes have none.
     """
 
     mesh: Annotated[tuple[Count, Count], Pair]
@@ -195,7 +199,7 @@ class AncfLevel(Part):
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
-    integrator: Literal["trapezoidal", "generalized-alpha"] = "trapezoidal"
+    integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None
     budget: Budget = "standard"
 
@@ -204,8 +208,7 @@ class ReferenceLevel(Part):
     """One resolution of the tetrahedral reference: largest edge length `size` (m), time step (s; modes have none).
 
     error_per_step: the displacement error (m) that a time step may add at any node. Where it is stated,
-    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one. In
-    statics, whose answer has no such error, stating it lets the load steps follow the iterations they need.
+    time_step is the largest step, and a step of larger estimated error is repeated with a smaller one.
     """
 
     size: Positive

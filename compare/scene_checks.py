@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 
-from compare.scene import Level, Region, Scene, names
+from compare.scene import Analysis, Level, Region, Scene, names
 from compare.scene_errors import SceneError
 from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
+from compare.scene_parts import History
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
@@ -32,7 +33,7 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
-    timed = (_probes, _pressures_and_moments, _histories, _initial, _times)
+    timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
     checks = (_material, _supports, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
     for check in (*checks, _points, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
@@ -200,18 +201,56 @@ def _initial(scene: Scene) -> Iterator[str]:
 
 
 def _times(scene: Scene) -> Iterator[str]:
+    levels = list(_levels(scene))
+    yield from (f"{key}.time_step: this key is missing" for key, level in levels if level.time_step is None)
+    if scene.analysis.follow == "arc-length":
+        return
     until, every = scene.analysis.until, scene.analysis.every
     if not _is_multiple(until, every):
         yield f"analysis.until = {until:g}: not a whole multiple of analysis.every = {every:g}"
+    if scene.analysis.kind == "static":
+        yield from islice(_estimated_statics(scene), 1)
     steps = {}  # of the levels with one time step the first is named
-    for key, level in _levels(scene):
-        if level.time_step is None:
-            yield f"{key}.time_step: this key is missing"
-            continue
-        steps.setdefault((key.split(".levels")[0], level.time_step), key)
+    for key, level in levels:
+        if level.time_step is not None:
+            steps.setdefault((key.split(".levels")[0], level.time_step), key)
     for (_, step), key in steps.items():
         if not _is_multiple(every, step):
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
+
+
+def _estimated_statics(scene: Scene) -> Iterator[str]:
+    for key, level in _levels(scene):
+        if getattr(level, "error_per_step", None):
+            yield f"{key}.error_per_step = {level.error_per_step:g}: statics adds no error per step; leave this out"
+
+
+def _path(scene: Scene) -> Iterator[str]:
+    """What an arc length cannot follow."""
+    if scene.analysis.follow == "load":
+        return
+    key = "analysis.follow = 'arc-length'"
+    if scene.analysis.kind == "dynamic":
+        yield f"{key}: dynamics follows time; leave this out or state analysis.kind = 'static'"
+    if scene.analysis.every != Analysis.model_fields["every"].default:
+        yield f"analysis.every = {scene.analysis.every:g}: along an arc length every step is an output; leave this out"
+    if scene.reference is not None or getattr(scene.sensitivity, "reference", None) is not None:
+        yield f"{key}: the reference follows the load alone; state levels of ancf only"
+    for i, load in enumerate(scene.loads):
+        yield from _bent(f"loads.{i}.history", load.history, scene.analysis.until)
+        if load.kind == "moment":
+            yield f"loads.{i}.kind = 'moment': an arc length follows dead loads only; state analysis.follow = 'load'"
+    if not any(len({factor for _, factor in load.history}) > 1 for load in scene.loads):
+        yield f"{key}: no load grows with the load parameter; state the history of one, [[0, 0], [1, 1]]"
+
+
+def _bent(key: str, history: History, until: float) -> Iterator[str]:
+    """The first point of a history that is no straight line from t = 0 to `until`."""
+    for j, (time, _) in enumerate(history if len(history) > 1 else ()):
+        if (j == 0 and time != 0) or 0 < time < until:
+            line = f"one straight line from t = 0 to analysis.until = {until:g}"
+            yield f"{key}.{j} = {_plain(history[j])}: along an arc length a load is constant or {line}"
+            return
 
 
 def _points(scene: Scene) -> Iterator[str]:

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference_fe.newton import Equation, Memory, NewtonFailure, solve
-from reference_fe.pace import Attempt, Trial
+from reference_fe.pace import Attempt, Trial, equal_steps
 from reference_fe.system import System
 
-HALVINGS = 6
 EASY = 1 / 16  # of the allowed error: a step of twice the length has 8 times the error, half of what is allowed
 
 
@@ -66,33 +65,10 @@ def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
 
 
 def advance(
-    system: System, scheme: Scheme, state: State, until: float, step: float, memory: Memory
+    system: System, scheme: Scheme, state: State, until: float, step_length: float, memory: Memory
 ) -> tuple[State, int]:
-    """State at `until` by equal steps no longer than `step` (s), and how many were made.
-
-    A step that finds no equilibrium is halved, HALVINGS times at most. Raises NewtonFailure.
-    """
-    count = max(1, int(np.ceil((until - state.time) / step - 1e-9)))
-    start, made = state.time, 0
-    for k in range(count):
-        state, more = _step(system, scheme, state, start + (until - start) * (k + 1) / count, memory, HALVINGS)
-        made += more
-    return state, made
-
-
-def _step(
-    system: System, scheme: Scheme, state: State, until: float, memory: Memory, halvings: int
-) -> tuple[State, int]:
-    """One step to `until`, in halves where it fails."""
-    try:
-        return step(system, scheme, state, until, memory), 1
-    except NewtonFailure:
-        if halvings == 0:
-            raise
-    middle = (state.time + until) / 2
-    state, first = _step(system, scheme, state, middle, memory, halvings - 1)
-    state, second = _step(system, scheme, state, until, memory, halvings - 1)
-    return state, first + second
+    """State at `until` by `pace.equal_steps` (s), and how many were made. Raises NewtonFailure."""
+    return equal_steps(state, until, step_length, lambda state, time: step(system, scheme, state, time, memory))
 
 
 def within(system: System, scheme: Scheme, allowed: float, memory: Memory) -> Attempt:

@@ -1,8 +1,9 @@
 """Step lengths that follow what the steps show: halved where a step was poor, doubled where it was easy.
 
-Every length is a stretch between two stops divided by a power of two, so a march has few distinct
-lengths (a factorisation serves one) and meets each stop exactly. A length is doubled only after some
-easy steps in a row, and where the doubled step still ends on its own grid.
+`equal_steps` halves only what fails; in a `march` each step is judged. Every length is a stretch between two
+stops divided by a power of two, so a march has few distinct lengths (a factorisation serves one) and meets
+each stop exactly. A length is doubled only after some easy steps in a row, and where the doubled step still
+ends on its own grid.
 """
 
 from __future__ import annotations
@@ -90,6 +91,32 @@ class Pace:
             self.wanted, self.calm = 2 * length, 0
 
 
+def equal_steps(state: Any, until: float, largest: float, step: Callable[[Any, float], Any]) -> tuple[Any, int]:
+    """The state at `until` by equal steps no longer than `largest`, and how many were made; step(state, time) -> state.
+
+    A step that raises NewtonFailure is made in halves, and those again. Raises that of FAILURES in a row.
+    """
+
+    def attempt(state: Any, time: float) -> Trial:
+        try:
+            return Trial(step(state, time), True, -1)
+        except NewtonFailure as failure:
+            return Trial(state, False, 1, failure)
+
+    start, made = state.time, 0
+    count = _count(until - start, largest)
+    for k in range(1, count + 1):
+        pace = Pace(largest, patience=1)
+        state, more = _stretch(pace, state, start + (until - start) * k / count, attempt)
+        made += more
+    return state, made
+
+
+def _count(span: float, largest: float) -> int:
+    """Number of equal steps over a span, none longer than the largest (s)."""
+    return max(1, math.ceil(span / largest - ROUND_OFF))
+
+
 def march(pace: Pace, state: Any, until: float, attempt: Attempt) -> tuple[Any, int]:
     """The state at `until` and how many steps were accepted; attempt(state, time) tries one step to a time.
 
@@ -99,8 +126,7 @@ def march(pace: Pace, state: Any, until: float, attempt: Attempt) -> tuple[Any, 
     slack = ROUND_OFF * pace.largest
     ends = [stop for stop in pace.stops if state.time + slack < stop < until - slack]
     for end in [*ends, until]:
-        count = max(1, math.ceil((end - state.time) / pace.largest - ROUND_OFF))
-        for stop in np.linspace(state.time, end, count + 1)[1:]:
+        for stop in np.linspace(state.time, end, _count(end - state.time, pace.largest) + 1)[1:]:
             state, more = _stretch(pace, state, float(stop), attempt)
             made += more
     return state, made

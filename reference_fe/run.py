@@ -210,12 +210,9 @@ def _marching(scene: Scene, level: ReferenceLevel, model: Model, pace: Pace | No
     """begin() -> state and advance(state, time) -> (state, steps) of the scene's kind of analysis."""
     system, memory, step = model.system, model.memory, level.time_step
     if scene.analysis.kind == "static":
-        attempt = statics.by_iterations(system, memory)
         return (
             lambda: statics.balance(system, statics.begin(system), 0.0, memory),
-            (lambda state, time: march(pace, state, time, attempt))
-            if pace
-            else (lambda state, time: statics.advance(system, state, time, step, memory)),
+            lambda state, time: statics.advance(system, state, time, step, memory),
         )
     scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
     if pace:
@@ -242,8 +239,6 @@ def _pace(scene: Scene, level: ReferenceLevel) -> Pace | None:
     """Where steps are chosen: between the corners of the load histories a time step sees smooth loads."""
     if level.error_per_step is None:
         return None
-    if scene.analysis.kind == "static":
-        return Pace(level.time_step, patience=1)
     return Pace(level.time_step, tuple(sorted({time for load in scene.loads for time, _ in load.history})))
 
 
@@ -419,7 +414,7 @@ def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
     if scene.analysis.kind == "modes":
         return f"the {scene.analysis.count} lowest elastic modes, shift-invert Lanczos iteration"
     if scene.analysis.kind == "static":
-        return f"statics in load steps of {step:g}" + (" at most, by the iterations they need" if allowed else "")
+        return f"statics in load steps of {step:g}"
     chosen = f" at most, each adding no more than {allowed:g} m of estimated error" if allowed else ""
     return f"implicit dynamics, {level.integrator}, steps of {step:g} s{chosen}"
 

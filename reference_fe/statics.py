@@ -6,12 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference_fe.newton import Equation, Memory, NewtonFailure, solve, solve_mixed
-from reference_fe.pace import Attempt, Trial
+from reference_fe.newton import Equation, Memory, solve, solve_mixed
+from reference_fe.pace import equal_steps
 from reference_fe.system import System
-
-HALVINGS = 8
-EASY, HARD = 10, 30  # iterations of a load step
 
 
 @dataclass(frozen=True)
@@ -32,46 +29,8 @@ def begin(system: System, time: float = 0.0) -> Balance:
 
 
 def advance(system: System, state: Balance, until: float, step: float, memory: Memory) -> tuple[Balance, int]:
-    """Equilibrium at `until` by equal load steps no longer than `step`, and how many were made.
-
-    A step without an equilibrium is halved, HALVINGS times at most. Raises NewtonFailure.
-    """
-    count = max(1, int(np.ceil((until - state.time) / step - 1e-9)))
-    start, made = state.time, 0
-    for k in range(count):
-        state, more = _step(system, state, start + (until - start) * (k + 1) / count, memory, HALVINGS)
-        made += more
-    return state, made
-
-
-def _step(system: System, state: Balance, until: float, memory: Memory, halvings: int) -> tuple[Balance, int]:
-    """One load step to `until`, in halves where it fails."""
-    try:
-        return balance(system, state, until, memory), 1
-    except NewtonFailure as failure:
-        if halvings == 0 or failure.status == "singular_tangent":
-            raise
-    middle = (state.time + until) / 2
-    state, first = _step(system, state, middle, memory, halvings - 1)
-    state, second = _step(system, state, until, memory, halvings - 1)
-    return state, first + second
-
-
-def by_iterations(system: System, memory: Memory) -> Attempt:
-    """Load steps for pace.march: shorter after more than HARD iterations or none that succeed, longer after EASY."""
-
-    def attempt(state: Balance, until: float) -> Trial:
-        before = memory.iterations
-        try:
-            found = balance(system, state, until, memory)
-        except NewtonFailure as failure:
-            if failure.status == "singular_tangent":
-                raise
-            return Trial(state, False, 1, failure)
-        needed = memory.iterations - before
-        return Trial(found, True, 1 if needed > HARD else -1 if needed <= EASY else 0)
-
-    return attempt
+    """Equilibrium at `until` by `pace.equal_steps` of the load, and how many were made. Raises NewtonFailure."""
+    return equal_steps(state, until, step, lambda state, time: balance(system, state, time, memory))
 
 
 def balance(system: System, state: Balance, until: float, memory: Memory) -> Balance:

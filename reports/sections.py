@@ -15,6 +15,7 @@ from compare.convergence import pairwise_orders
 from compare.difference import common_times
 from compare.explain import statement
 from compare.report import Bullets, Column, Commands, Facts, Gallery, Plots, Section, Table, Text
+from compare.result import Result
 from compare.scene import Rectangle, Scene
 from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
@@ -125,7 +126,7 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
             continue
         values.append(_value_plot(scene, found))
         target = error_target(found)
-        if target:
+        if target and any(error > 0 for ladder in found for error in _errors(ladder, target[0])):
             errors.append(_error_plot(scene, found, *target))
             work.append(_work_plot(scene, found, *target))
         paths.append(None if scene.analysis.kind == "modes" else _history_plot(scene, found))
@@ -209,7 +210,7 @@ def _history_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str] | No
             finest[ladder.solver] = ladder.finest
     probe = scene.probes[0].name
     paths = [
-        plots.Series(f"{NAMES[s]} {level_name(e.level)}", s, e.result.times, e.result.position(probe)[:, 2])
+        plots.Series(f"{NAMES[s]} {level_name(e.level)}", s, _parameter(e.result), e.result.position(probe)[:, 2])
         for s, e in finest.items()
     ]
     if not paths or len(paths[0].x) < 3:
@@ -224,6 +225,11 @@ def _history_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str] | No
     caption = f"{scene.title}. Each solver at its finest level of this run."
     drawn = plots.history_plot(f"history-{scene.name}", f"Path: {scene.title}", caption, labels, paths, residual)
     return drawn, caption
+
+
+def _parameter(result: Result) -> np.ndarray:
+    """Time or load parameter of each output."""
+    return result.times if result.load_parameter is None else result.load_parameter
 
 
 def opinions_section(found: Sequence[dict[str, Any]]) -> Section | None:

@@ -35,6 +35,7 @@ ANCF_ORDER = (
     "refine",
     "linear_solver",
     "newton",
+    "path",
     "integrate",
     "modes",
     "outline",

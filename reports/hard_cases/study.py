@@ -26,10 +26,12 @@ from reports.unit import measure
 
 CHAPTERS: tuple[str, ...] = (
     "elements",
+    "grooves",
     "benchmarks",
     "shells",
     "frequencies",
-    "grooves",
+    "motion",
+    "paths",
 )
 OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"

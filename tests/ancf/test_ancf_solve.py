@@ -134,11 +134,20 @@ POLE = {
     "knots": [[0, 0, 1, 1]] * 2,
     "control_points": [[[0, 0, 0], [0, 0, 0]], [[1, 0, 0], [1, 1, 0]]],
 }
+RIDGE = {
+    "kind": "nurbs",
+    "degree": [1, 1],
+    "knots": [[0, 0, 0.5, 1, 1], [0, 0, 1, 1]],
+    "control_points": [[[x, y, 0.5 - abs(x - 0.5)] for y in (0.0, 1.0)] for x in (0.0, 0.5, 1.0)],
+}
 
 
-@pytest.mark.parametrize(("surface", "thickness", "reason"), [(CYLINDER, 4.0, "folds"), (POLE, 0.05, "no normal")])
+@pytest.mark.parametrize(
+    ("surface", "thickness", "reason"),
+    [(CYLINDER, 4.0, "folds"), (POLE, 0.05, "no normal"), (RIDGE, 0.05, "crease at x = 0.5")],
+)
 def test_shape_that_cannot_be_modelled_is_named(surface, thickness, reason):
-    """A cylinder of radius 1 m that is 4 m thick, and a triangle: a side of no length."""
+    """A cylinder of radius 1 m that is 4 m thick, a triangle, of which a side has no length, and a ridge."""
     probes = [{"name": "P", "at": [0.5, 0.5, 0.0]}]
     result = solve(scene(surface=surface, thickness=thickness, grooves=[], probes=probes), LEVEL)
     assert result.status == "geometry_failed" and reason in result.message

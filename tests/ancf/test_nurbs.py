@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ancf.nurbs import Curve, Surface, curve_derivatives, invert, surface_derivatives, unit_normal
+from ancf.nurbs import Curve, Surface, crease, curve_derivatives, invert, surface_derivatives, unit_normal
 
 EXACT = 1e-12
 W = np.sqrt(0.5)
@@ -194,6 +194,25 @@ def test_degenerate_surface_is_refused():
     values = surface_derivatives(SURFACES["sphere"], 0.5, 1.0)  # the pole: all u meet in one point
     with pytest.raises(ValueError, match="no normal"):
         unit_normal(values)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize(("knot", "weight", "found"), [(0.5, 1.0, None), (0.3, 1.0, 0.3), (0.5, 1.2, 0.5)])
+def test_a_crease_is_where_the_tangent_jumps(axis, knot, weight, found):
+    """Two arcs of 45 degrees make one smooth half of a cap, unless their parameters run at different speeds."""
+    half = np.pi / 8
+    angles, radii = np.arange(5) * half, np.array([1, 1 / np.cos(half)] * 2 + [1])
+    arcs = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=1)
+    net = np.array([[[*(scale * xy), scale] for scale in (1.0, 1.5, 3.0)] for xy in arcs])
+    weights = np.outer([1, np.cos(half), 1, weight * np.cos(half), 1], [1.0, 2.0, 0.5])
+    knots = ([0, 0, 0, knot, knot, 1, 1, 1], [0, 0, 0, 1, 1, 1])
+    if axis == 1:
+        net, weights, knots = net.swapaxes(0, 1), weights.T, knots[::-1]
+    surface = Surface((2, 2), knots, net, weights)
+    assert crease(surface, axis) == found and crease(surface, 1 - axis) is None
+    at = [(knot + step, 0.4)[:: 1 - 2 * axis] for step in (-1e-9, 1e-9)]
+    before, after = (surface_derivatives(surface, *uv)[1 + axis] for uv in at)
+    assert np.allclose(before, after, atol=1e-6) == (found is None)
 
 
 def test_inversion_of_a_wall_equals_the_circle():

@@ -8,7 +8,7 @@ from ancf.linear_solver import LinearSolver
 from ancf.loads import spread
 from ancf.material import from_engineering
 from ancf.mesh import grid
-from ancf.newton import OK, Balance, correct, equilibrium
+from ancf.newton import OK, Balance, Problem, correct, equilibrium
 from ancf.run import solve
 from ancf.supports import clamp
 from ancf.system import body, system
@@ -73,13 +73,13 @@ def rolled_up(elements, steps=40):
     acting, reacting = (system(plate, held, (), 0.1) for held in (fixed | np.repeat(tip, 3), fixed))
     solver, q = LinearSolver(acting.assembly.pattern), mesh.vectors.copy()
 
-    def balance(q):
-        internal = acting.force_internal(q)
+    def balance(q, more):
+        internal = acting.force_internal(q, more)
         return Balance(-internal, max(acting.force_floor(q), 1e-9 * acting.norm(internal)))
 
     for angle in 2 * np.pi * np.arange(1, steps + 1) / steps:
         q[tip] = [-np.sin(angle), 0, np.cos(angle)]
-        found = correct(acting, solver, q.ravel(), balance, acting.tangent)
+        found = correct(acting, solver, q.ravel(), Problem(balance, acting.tangent))
         assert found.status == OK
         q = found.q.reshape(-1, 3)
     reaction = np.zeros(q.size)

@@ -5,11 +5,13 @@ import shutil
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
 import fake_solver
+import numpy as np
 import pytest
 from fake_solver import FAKE, small
 
@@ -233,6 +235,17 @@ def test_a_killed_save_leaves_the_old_file(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="disc full"):
         save(made, path)
     assert load_result(path).unknowns == made.unknowns
+
+
+def test_a_path_keeps_its_load_parameter_and_older_files_have_none(tmp_path):
+    made = fake_solver.solve(small(), small().ancf.levels[0])
+    for name, parameter in (("path", np.array([0.0, 0.7, -0.2])), ("plain", None)):
+        save(replace(made, load_parameter=parameter), tmp_path / name)
+        read = load_result(tmp_path / name)
+        np.testing.assert_array_equal(read.load_parameter, parameter)
+        assert read.status == made.status
+    with np.load(tmp_path / "plain") as file:
+        assert "load_parameter" not in file.files and "load_parameter" not in str(file["header"])
 
 
 def test_time_left_is_the_rest_at_the_pace_of_each_solver():

@@ -181,11 +181,8 @@ def body(
     Raises GeometryError where a groove leaves no material or a reference shape folds, ValueError where
     the points are too few for the element.
     """
-    least = mesh.shape.least_points
-    if any(count < few for count, few in zip(points, least, strict=True)):
-        own, needed = ("x".join(map(str, counts)) for counts in (points, least))
-        raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
     free = free if mesh.shape.layer is not None and integration == "subdomain" else ()
+    _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
     divided = [*bands, *strips(mesh, thickness, free)]
     parts = [_part(mesh, e, divided, thickness, points, integration, free) for e in first]
@@ -239,6 +236,18 @@ def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwi
 def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
     """The free edges that an element lies on."""
     return tuple(edge for edge in mesh.edges_of(element) if edge in free)
+
+
+def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str]) -> None:
+    """Raises ValueError where so few points leave modes without energy, or layers that they cannot tell apart.
+
+    An element between two free edges has a layer on each: one point more tells both from its polynomials.
+    """
+    between = [{axis + "0", axis + "1"} <= set(mesh.edges_of(0)) & set(free) for axis in "xy"]
+    least = tuple(few + more for few, more in zip(mesh.shape.least_points, (*between, 0), strict=True))
+    if any(count < few for count, few in zip(points, least, strict=True)):
+        own, needed = ("x".join(map(str, counts)) for counts in (points, least))
+        raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
 
 
 def distinct(mesh: Mesh, bands: Sequence[Band], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:

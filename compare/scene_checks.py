@@ -255,10 +255,22 @@ def _bent(key: str, history: History, until: float) -> Iterator[str]:
 
 def _points(scene: Scene) -> Iterator[str]:
     for key, level in _levels(scene):
-        least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
+        least = _least_points(scene, level)
         if any(count < few for count, few in zip(getattr(level, "points", least), least, strict=True)):
             reason = f"the {level.element} element deforms without energy below {list(least)}"
             yield f"{key}.points = {list(level.points)}: {reason}; state that or more, or another element"
+
+
+def _least_points(scene: Scene, level: Level) -> tuple[int, int, int]:
+    """Gauss points that the level's element needs; one more across elements between two edges without support."""
+    least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
+    if least == (1, 1, 1) or level.integration == "global":
+        return least
+    held = {getattr(support, "edge", None) for support in scene.supports}
+    between = (
+        level.mesh[k] == 1 and level.fit is None and not {f"{axis}0", f"{axis}1"} & held for k, axis in enumerate("xy")
+    )
+    return tuple(few + more for few, more in zip(least, (*between, 0), strict=True))
 
 
 def _is_multiple(value: float, unit: float) -> bool:

@@ -11,12 +11,13 @@ from scipy.spatial.transform import Rotation
 from ancf.assembly import assembly
 from ancf.element import PointElements, integrand
 from ancf.material import from_engineering
+from ancf.mesh import grid
 from ancf.packing import PORTION, SPAN, packing
 from ancf.quadratic_form import QuadraticElements
 from ancf.quadrature import gauss, onto_cell, tensor
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, Band
-from ancf.system import form_bytes, system
+from ancf.system import body, form_bytes, system
 
 FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
 
@@ -180,6 +181,20 @@ def test_too_few_points_are_refused(make_body, element):
         return
     with pytest.raises(ValueError, match=r"3x3x2 points leave the enriched element .* 4x4x3 at least"):
         make_body(points=(3, 3, 2))
+
+
+def test_an_element_between_two_free_edges_needs_one_point_more_across():
+    """Four points do not tell two layers, which fade from either edge, from polynomials of degree two."""
+
+    def strip(points, free):
+        mesh = grid(np.linspace(0, 1, 7), np.array([0.0, 0.1]), shape=FAMILY["enriched"])
+        return body(mesh, (), 0.05, from_engineering(2e6, 0.3), 2e3, points, free=free)
+
+    with pytest.raises(ValueError, match=r"4x4x3 points leave the enriched element .* 4x5x3 at least"):
+        strip((4, 4, 3), ("y0", "y1", "x1"))
+    for points, free in (((4, 5, 3), ("y0", "y1", "x1")), ((4, 4, 3), ("y1", "x0", "x1"))):
+        plate = strip(points, free)
+        assert np.isfinite(plate.elements.energy(1.1 * plate.mesh.vectors[plate.connectivity]))
 
 
 def test_elements_of_equal_shape_share_one_form(make_body):

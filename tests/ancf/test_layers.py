@@ -221,3 +221,14 @@ def test_estimate_counts_the_unknowns_of_the_solve():
     told, result = estimate(scene, LEVEL), solve(scene, LEVEL)
     assert result.status == "ok" and told["unknowns"] == result.unknowns
     assert any("layer" in line for line in told["modelled"])
+
+
+def test_mean_stress_does_the_work_of_the_strain_energy_where_elements_carry_layers(deformed):
+    """What the energy-momentum scheme rests on, on groups of elements with unequally many functions."""
+    plate = layered("enriched", some=7)
+    assert len(plate.elements.groups) > 1
+    free = acting(plate)
+    q0, q1 = (deformed(plate, seed).ravel() for seed in (0, 1))
+    work = free.force_internal((q0 + q1) / 2, ((1.0, (q1 - q0) / 2),)) @ (q1 - q0)
+    U0, U1 = (free.energies(q, 0 * q)[1] for q in (q0, q1))
+    assert work == pytest.approx(U1 - U0, abs=1e-12 * (U0 + U1))

@@ -52,8 +52,9 @@ bench: setup ## what both solvers cost, reports/build/speed.html; BUDGET=quick|s
 hard-cases: setup ## where elements, steps and solvers break, reports/build/hard_cases.html; BUDGET=quick|standard|full
 	$(BIN)/python -m reports.hard_cases --budget $(BUDGET)
 
-check: setup ## compare a quick cantilever run with the accepted table
+check: setup ## compare quick runs of the cantilever and of the hard cases with the accepted tables
 	$(BIN)/groovecheck check cantilever
+	$(BIN)/python -m reports.hard_cases --budget quick --check
 
 test: setup browser ## the test suite, within 5 minutes on two cores
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2

@@ -35,7 +35,7 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
     checks = (_material, _supports, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
-    for check in (*checks, _points, _ladders, _published, _companions, _sensitivity):
+    for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
 
 
@@ -259,6 +259,13 @@ def _points(scene: Scene) -> Iterator[str]:
         if any(count < few for count, few in zip(getattr(level, "points", least), least, strict=True)):
             reason = f"the {level.element} element deforms without energy below {list(least)}"
             yield f"{key}.points = {list(level.points)}: {reason}; state that or more, or another element"
+
+
+def _unloaded(scene: Scene) -> Iterator[str]:
+    """Levels that ask for unknowns where a load wants them, in a scene without one."""
+    for key, level in _levels(scene):
+        if getattr(level, "enrich", None) is not None and not scene.loads:
+            yield f"{key}.enrich = {level.enrich:g}: its indicator needs a load, and the scene states none"
 
 
 def _least_points(scene: Scene, level: Level) -> tuple[int, int, int]:

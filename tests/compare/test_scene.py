@@ -95,6 +95,10 @@ KEYS = {
         {"ancf.levels.0.element": "enriched", "ancf.levels.0.points": [3, 3, 2]},
         "ancf.levels.0.points = [3, 3, 2]: the enriched element deforms without energy below [4, 4, 3]",
     ),
+    "an indicator without a load": (
+        {"loads": [], "ancf.levels.0.enrich": 0.9},
+        "ancf.levels.0.enrich = 0.9: its indicator needs a load, and the scene states none",
+    ),
     "too few points between free edges": (
         {"ancf.levels.0.element": "enriched", "ancf.levels.0.mesh": [4, 1], "ancf.levels.0.points": [4, 4, 3]},
         "ancf.levels.0.points = [4, 4, 3]: the enriched element deforms without energy below [4, 5, 3]",

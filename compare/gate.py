@@ -25,6 +25,7 @@ SCHEMA = 1
 SAME = 1e-6
 ACROSS = 1e-4
 FLOOR = 1e-9  # m: a smaller accepted height is compared as if it were this large
+CASE = "case"  # what a row is of that stands for no level of a scene; it then has a "unit" as well
 IDENTITY = ("solver", "element", "rule", "groove", "load", "mode", "mesh")
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "gmsh", "numba", "pymetis", "pypardiso", "mkl")
 
@@ -114,14 +115,14 @@ def _margin(name: str, accepted: Row, row: Row | None, tolerance: float) -> Marg
 
 
 def _unit(row: Row) -> str:
-    return "m" if row.get("mode") is None else "Hz"
+    return row.get("unit", "m" if row.get("mode") is None else "Hz")
 
 
 def named(rows: list[Row]) -> dict[str, Row]:
     """Rows by their identity; rows of equal identity (other time steps, other scenes) are numbered in order."""
     found: dict[str, Row] = {}
     for row in rows:
-        name = ", ".join(f"{key} {row[key]}" for key in IDENTITY if row.get(key) is not None)
+        name = ", ".join(f"{key} {row[key]}" for key in (CASE, *IDENTITY) if row.get(key) is not None)
         count = sum(1 for other in found if other == name or other.startswith(f"{name} #"))
         found[name if not count else f"{name} #{count + 1}"] = row
     return found
@@ -144,7 +145,7 @@ def accept(rows: list[Row], reason: str, scene: str, path: Path) -> dict[str, An
         "scene": scene,
         "platform": platform_now(),
         "tolerance": {"same": SAME, "across": ACROSS},
-        "rows": [{key: row[key] for key in (*IDENTITY, "value")} for row in rows],
+        "rows": [{key: row[key] for key in (CASE, *IDENTITY, "value", "unit") if key in row} for row in rows],
         "accepts": [*accepts, entry],
     }
     _write(path, json.dumps(baseline, indent=1, allow_nan=False) + "\n")

@@ -12,7 +12,7 @@ from compare import gate
 from reports.hard_cases import study
 from reports.hard_cases.chapter import Asked, Case, Chapter, case_table
 
-CASE = dict(name="strip", solver="ancf", level="4x4", unit="m", against="exact: a line")
+CASE = dict(name="strip", solver="ancf", level="4x4", unit="N", against="exact: a line")
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ def test_the_gate_knows_a_case_by_chapter_name_solver_and_level(line, tmp_path):
     assert gate.check(rows, baseline).passed
     moved = [{**row, "value": row["value"] * 1.001} for row in rows]
     verdict = gate.check(moved, baseline)
-    assert not verdict.passed and "line: slope 3.0" in verdict.margins[0].row
+    assert not verdict.passed and "line: slope 3.0" in verdict.margins[0].row and verdict.margins[0].unit == "N"
 
 
 @pytest.mark.parametrize("name", study.CHAPTERS)

@@ -81,10 +81,9 @@ def rows(chapters: dict[str, Chapter]) -> list[dict[str, object]]:
 
 def gate_rows(chapters: dict[str, Chapter]) -> list[gate.Row]:
     """The cases as the gate knows them."""
-    blank = dict.fromkeys(gate.IDENTITY)
+    kept = ("solver", "value", "unit", "status")
     return [
-        {**blank, "groove": f"{row['chapter']}: {row['name']}", "solver": row["solver"], "mesh": row["level"]}
-        | {"value": row["value"], "status": row["status"]}
+        {gate.CASE: f"{row['chapter']}: {row['name']}", "mesh": row["level"]} | {key: row[key] for key in kept}
         for row in rows(chapters)
         if not row["may_fail"]
     ]

@@ -8,11 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from ancf.packing import SPAN, packing, pairs
+
+
+def entry_keys(indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """Keys column n + row (nnz,) of the entries of a CSC matrix of n columns."""
+    n = len(indptr) - 1
+    return np.repeat(np.arange(n, dtype=np.int64), np.diff(indptr)) * n + indices
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,6 +33,11 @@ class Pattern:
     def n(self) -> int:
         """Number of unknowns."""
         return len(self.indptr) - 1
+
+    @cached_property
+    def keys(self) -> np.ndarray:
+        """Keys column n + row (nnz,) of the entries, ascending."""
+        return entry_keys(self.indptr, self.indices)
 
     def lower(self, data: np.ndarray) -> sp.csc_matrix:
         """Sparse lower triangle with the values data (nnz,)."""
@@ -89,9 +101,8 @@ def couple(sums: Assembly, row: np.ndarray, block: np.ndarray, data: np.ndarray)
     values = np.kron(np.outer(row[own], row[own]), block)
     column, line = np.broadcast_arrays(unknown, unknown[:, None])
     lower = (column >= 0) & (line >= column)
-    pattern = sums.pattern
-    keys = np.repeat(np.arange(pattern.n, dtype=np.int64), np.diff(pattern.indptr)) * pattern.n + pattern.indices
-    data[np.searchsorted(keys, column[lower] * pattern.n + line[lower])] += values[lower]
+    keys, n = sums.pattern.keys, sums.pattern.n
+    data[np.searchsorted(keys, column[lower] * n + line[lower])] += values[lower]
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, MixedAssembly, Pattern, assembly, couple, mixed_assembly
+from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.loads import EdgeMoment, Load
@@ -328,12 +328,6 @@ def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:
     full = sp.kron(scalar, sp.eye_array(3), format="csc")[sums.free][:, sums.free]
     lower = sp.tril(full, format="csc")
     lower.sort_indices()
-    n = sums.pattern.n
     values = np.zeros(len(sums.pattern.indices))
-    values[np.searchsorted(_keys(sums.pattern, n), _keys(lower, n))] = lower.data
+    values[np.searchsorted(sums.pattern.keys, entry_keys(lower.indptr, lower.indices))] = lower.data
     return values
-
-
-def _keys(matrix: Pattern | sp.csc_matrix, n: int) -> np.ndarray:
-    columns = np.repeat(np.arange(n, dtype=np.int64), np.diff(matrix.indptr))
-    return columns * n + matrix.indices

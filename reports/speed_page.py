@@ -64,16 +64,10 @@ COSTS = (
 
 
 OWN_STEPS = (
-    Column("series", "solver"),
-    Column("mesh", "mesh"),
+    *CURVE[:2],
     Column("time_step", "time step", "g", "s"),
     Column("steps", "steps", ",d"),
-    Column("height", "height of P", ".6f", "m"),
-    Column("error", "error", ".3g", "%"),
-    Column("newton_iterations", "Newton iterations", ",d"),
-    Column("factorisations", "factorisations", ",d"),
-    Column("wall_seconds", "least", ".3f", "s wall"),
-    Column("cpu_seconds", "least", ".3f", "s CPU"),
+    *CURVE[3:9],
 )
 LOOKS = {"enriched": "ancf", "conforming": "ancf exact", "reference": "reference", "calculix": "difference"}
 

@@ -10,10 +10,10 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from compare.scene import AncfLevel, ReferenceLevel, Scene, parse
+from compare.scene import AncfLevel, ReferenceLevel, Scene
 from reports.hard_cases import shell_surfaces as surfaces
+from reports.hard_cases.benchmark_scenes import scene as stated
 
-RAMP = [[0.0, 0.0], [1.0, 1.0]]
 CLAMP = {"kind": "clamp", "edge": "x0"}
 STEEL_LIKE = (1.0e7, 0.3)
 
@@ -26,22 +26,8 @@ def scene(
     loads: Sequence[dict],
     probe: Sequence[float],
 ) -> Scene:
-    """A static scene of one load step. material: Young's modulus and Poisson's ratio."""
-    return parse(
-        {
-            "name": "shell",
-            "title": "Shell",
-            "surface": surface,
-            "thickness": thickness,
-            "material": {"kind": "svk", "youngs_modulus": material[0], "poissons_ratio": material[1]},
-            "supports": list(supports),
-            "loads": [{**load, "history": RAMP} for load in loads],
-            "probes": [{"name": "P", "at": list(probe)}],
-            "analysis": {"kind": "static", "until": 1.0, "every": 1.0},
-            "ancf": {"levels": [{"mesh": [1, 1], "time_step": 1.0}]},
-        },
-        "shell",
-    )
+    """A static scene of one load step with one probe, as `benchmark_scenes.scene`."""
+    return stated("Shell", surface, thickness, material, supports, loads, {"P": probe})
 
 
 def _symmetry(edge: str, normal: str) -> dict:

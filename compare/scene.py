@@ -19,6 +19,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
+from compare.scene_contact import Obstacle
 from compare.scene_errors import SceneError, describe
 from compare.scene_parts import (
     Count,
@@ -302,6 +303,7 @@ class Scene(Part):
     material: Material
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]

@@ -88,10 +88,11 @@ def test_bounce_of_a_stiff_plate(integrator, damping):
     left = np.exp(-decay * parts) * (np.cos(w * parts) - decay / w * np.sin(w * parts))
     speed = np.diff(result.displacement[:, 0, 2])[-1] / np.diff(result.times)[-1]
     assert result.status == "ok"
-    # a step that ends inside a damper's jump has a part of its force: 1 / 200 of the contact
-    assert speed == pytest.approx(-left, rel=2e-3 if integrator == "energy-momentum" or not damping else 0.01)
+    # where the forces are those of a step's end, half the damper's jump at the landing is missed: 1 / 200 of the contact
+    near = 2e-3 if integrator == "energy-momentum" or not damping else 0.01
+    assert speed == pytest.approx(-left, rel=near)
     deepest = np.exp(-decay / w * np.arctan2(w, decay)) / w0
-    assert result.displacement[:, 0, 2].min() == pytest.approx(-deepest, rel=2e-3)
+    assert result.displacement[:, 0, 2].min() == pytest.approx(-deepest, rel=near)
     assert np.abs(balance(result) - balance(result)[0]).max() < (1e-7 if integrator == "energy-momentum" else 0.05)
 
 

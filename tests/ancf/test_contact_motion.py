@@ -88,7 +88,7 @@ def test_bounce_of_a_stiff_plate(integrator, damping):
     left = np.exp(-decay * parts) * (np.cos(w * parts) - decay / w * np.sin(w * parts))
     speed = np.diff(result.displacement[:, 0, 2])[-1] / np.diff(result.times)[-1]
     assert result.status == "ok"
-    # where the forces are those of a step's end, half the damper's jump at the landing is missed: 1 / 200 of the contact
+    # forces of a step's end miss half of the damper's jump at the landing: 1 / 200 of the contact
     near = 2e-3 if integrator == "energy-momentum" or not damping else 0.01
     assert speed == pytest.approx(-left, rel=near)
     deepest = np.exp(-decay / w * np.arctan2(w, decay)) / w0

@@ -21,8 +21,9 @@ def _moved(step: float, until: float, integrator: str = "energy-momentum", outpu
     """Result of the plate that starts on the ground."""
     analysis = {"kind": "dynamic", "until": until, "every": until / outputs}
     height = told.pop("height", 0.0)
-    scene, level = drop("pressure", LEVEL | {"time_step": step, "integrator": integrator}, "ancf", height,
-                        analysis=analysis, **told)  # fmt: skip
+    scene, level = drop(
+        "pressure", LEVEL | {"time_step": step, "integrator": integrator}, "ancf", height, analysis=analysis, **told
+    )
     return solve(scene, level)
 
 
@@ -54,13 +55,18 @@ def stopping(step: float = 2e-3) -> dict[str, Any]:
         0.4,
         height=-sunk,
         initial={"velocity": [SPEED, 0.0, 0.0]},
-                    ground={"stick_stiffness": STICK},
+        ground={"stick_stiffness": STICK},
         material={"kind": "svk", "youngs_modulus": 2e9, "poissons_ratio": 0.0, "density": 7860.0},
     )
     x = result.displacement[:, 1, 0]
     late = x[result.times > 0.3]
-    return _told(result, result.facts["mass"] * SPEED**2 / 2, value=float(late.mean()),
-                 expected=SPEED**2 / (2 * FRICTION * WEIGHT), swings=float(np.ptp(late)))  # fmt: skip
+    return _told(
+        result,
+        result.facts["mass"] * SPEED**2 / 2,
+        value=float(late.mean()),
+        expected=SPEED**2 / (2 * FRICTION * WEIGHT),
+        swings=float(np.ptp(late)),
+    )
 
 
 def edge_on(step: float = 2e-3, degrees: float = 60.0) -> dict[str, Any]:

@@ -133,17 +133,29 @@ def _difference(outcomes: Sequence[Outcome]) -> Figure:
     values = _pairs(outcomes)
     worst = max(map(abs, values.values())) if len(values) == 3 else None
     note = ", ".join(f"{name.replace('_', ' ')} {value:+.2f} %" for name, value in values.items())
-    return at_most("drop_difference_percent", "ANCF against the solid, pressure form", worst, "%", 2.0,
-                   against="cross-code: rebound height, peak force and rest position of the finest runs",
-                   note=note or "The solid was not run.")  # fmt: skip
+    return at_most(
+        "drop_difference_percent",
+        "ANCF against the solid, pressure form",
+        worst,
+        "%",
+        2.0,
+        against="cross-code: rebound height, peak force and rest position of the finest runs",
+        note=note or "The solid was not run.",
+    )
 
 
 def _energy(found: dict[str, list[Outcome]]) -> Figure:
     kept = [o for part in ("points", "grooves", "compared") for o in _falls(found[part])]
     worst = _worst(kept, "energy_residual")
-    return at_most("energy_residual_percent", "Drift of the energy over 1 s", worst, "%", 0.5,
-                   against="closed form: kinetic + strain + gravity + contact + dissipated is constant",
-                   note="Of the energy of the fall; the worst run of every law, mesh and solver.")  # fmt: skip
+    return at_most(
+        "energy_residual_percent",
+        "Drift of the energy over 1 s",
+        worst,
+        "%",
+        0.5,
+        against="closed form: kinetic + strain + gravity + contact + dissipated is constant",
+        note="Of the energy of the fall; the worst run of every law, mesh and solver.",
+    )
 
 
 def _converged(found: dict[str, list[Outcome]], part: str) -> Figure:
@@ -154,22 +166,29 @@ def _converged(found: dict[str, list[Outcome]], part: str) -> Figure:
         one, other = found["subdomains"][1], found["subdomains"][-1]
     both = one.ok and other.ok
     words = {"points": "3 points in a subdomain against 5", "subdomains": "3 subdomains against 4"}[part]
-    return at_most(f"{part}_converged_percent", words, apart(one, other) if both else None, "%", 1.0,
-                   against="its own refinement: path up to the first rebound's top, in percent of the fall",
-                   note="Pressure form. By the paper's points the ground itself changes with their number.")  # fmt: skip
+    value = apart(one, other) if both else None
+    against = "its own refinement: path up to the first rebound's top, in percent of the fall"
+    note = "Pressure form. By the paper's points the ground itself changes with their number."
+    return at_most(f"{part}_converged_percent", words, value, "%", 1.0, against=against, note=note)
 
 
 def _grooves(found: dict[str, list[Outcome]]) -> Figure:
     own = [*_falls(found["points"]), *_falls(found["grooves"])]
-    return at_most("groove_force_at_1s", "Greatest contact force on a groove's floor at 1 s", _worst(own, "floor_pressed"),
-                   "N or Pa", 0.0, against="the paper's Figures 5 and 8: none")  # fmt: skip
+    worst, label = _worst(own, "floor_pressed"), "Greatest contact force on a groove's floor at 1 s"
+    return at_most("groove_force_at_1s", label, worst, "N or Pa", 0.0, against="the paper's Figures 5 and 8: none")
 
 
 def _hard(outcomes: Sequence[Outcome]) -> Figure:
     bad = [told(o) for o in outcomes if not o.ok or o.get("ended") == "not finite" or not _named(o)]
-    return at_most("hard_cases_failed", "Hard cases that crash, hang, or answer wrong in silence", len(bad), "", 0,
-                   against="an energy drift below 5 % or a named failure; stopping and rest within 1 %",
-                   note="; ".join(bad) or "None.")  # fmt: skip
+    return at_most(
+        "hard_cases_failed",
+        "Hard cases that crash, hang, or answer wrong in silence",
+        len(bad),
+        "",
+        0,
+        against="an energy drift below 5 % or a named failure; stopping and rest within 1 %",
+        note="; ".join(bad) or "None.",
+    )
 
 
 def _named(outcome: Outcome) -> bool:
@@ -182,12 +201,12 @@ def _named(outcome: Outcome) -> bool:
 
 
 def _detail(outcome: Outcome) -> Figure:
-    flight = outcome.get("flight")
-    ratio = flight[1] / flight[0] if flight else None
-    return stated("detail_step_ratio", "CPU per step of a groove twice as detailed", ratio, "times", form=".3f",
-                  against="its own groove, in one process, the least of 3",
-                  note=f"In flight; on the ground {outcome.get('ground')[1] / outcome.get('ground')[0]:.2f} times with "
-                  f"{outcome.get('points')[1]} contact points instead of {outcome.get('points')[0]}." if flight else "")  # fmt: skip
+    label, against = "CPU per step of a groove twice as detailed", "its own groove, in one process, the least of 3"
+    if not outcome.ok:
+        return stated("detail_step_ratio", label, None, "times", against=against)
+    flight, ground, points = (outcome.get(key) for key in ("flight", "ground", "points"))
+    note = f"In flight; on the ground {ground[1] / ground[0]:.2f} times, {points[1]} contact points for {points[0]}."
+    return stated("detail_step_ratio", label, flight[1] / flight[0], "times", form=".3f", against=against, note=note)
 
 
 def sections(found: dict[str, list[Outcome]]) -> list[Section]:
@@ -209,19 +228,49 @@ def _paper(found: dict[str, list[Outcome]]) -> list[Block]:
         if not outcome.ok:
             continue
         x, y, force = (outcome.get(key) for key in ("x", "y", "pressure"))
-        plots.append((map_plot(f"face-{name}", f"Contact force at 1 s, {words}", "Each contact point of the face.",
-                               x, y, force, "force (N)"), f"Contact forces over the face at t = 1 s, {words}."))  # fmt: skip
+        plots.append(
+            (
+                map_plot(
+                    f"face-{name}",
+                    f"Contact force at 1 s, {words}",
+                    "Each contact point of the face.",
+                    x,
+                    y,
+                    force,
+                    "force (N)",
+                ),
+                f"Contact forces over the face at t = 1 s, {words}.",
+            )
+        )
         middle = np.unique(np.abs(np.array(x) - 0.5))[0]
         own = np.abs(np.abs(np.array(x) - 0.5) - middle) < 1e-9
         order = np.argsort(np.array(y)[own], kind="stable")
         line = Series(words, "ancf", np.array(y)[own][order], np.array(force)[own][order])
-        plots.append((history_plot(f"section-{name}", f"Mid-section, {words}", "Contact force along y.",
-                                   ("y (m)", "contact force (N)"), [line], None),
-                      f"Along the section nearest to x = 0.5 m, {words}: none in the grooves."))  # fmt: skip
-    paths = [Series(words, role, o.get("times"), o.get("centre"))
-             for words, role, o in (("1 element", "ancf", one), ("2 x 2, two grooves", "reference", two)) if o.ok]  # fmt: skip
-    plots.insert(0, (history_plot("path", "Centre of the lower face", "Height over time.",
-                                  ("t (s)", "height (m)"), paths, None), "Height of the centre of the lower face."))  # fmt: skip
+        plots.append(
+            (
+                history_plot(
+                    f"section-{name}",
+                    f"Mid-section, {words}",
+                    "Contact force along y.",
+                    ("y (m)", "contact force (N)"),
+                    [line],
+                    None,
+                ),
+                f"Along the section nearest to x = 0.5 m, {words}: none in the grooves.",
+            )
+        )
+    paths = [
+        Series(words, role, o.get("times"), o.get("centre"))
+        for words, role, o in (("1 element", "ancf", one), ("2 x 2, two grooves", "reference", two))
+        if o.ok
+    ]
+    plots.insert(
+        0,
+        (
+            history_plot("path", "Centre of the lower face", "Height over time.", ("t (s)", "height (m)"), paths, None),
+            "Height of the centre of the lower face.",
+        ),
+    )
     return [Plots(plots), Table("The paper's two plates, force by contact point.", FALLS, [row(one), row(two)])]
 
 
@@ -233,16 +282,35 @@ def _points(found: dict[str, list[Outcome]]) -> list[Block]:
         blocks.append(Table(f"{words}: 2 to 5 points in each of 3 subdomains.", FALLS, table))
     one = _by_count(found["points"], "points")
     roles = ("difference", "ancf", "reference", "ancf exact")
-    paths = [Series(f"{n} points", role, o.get("times"), o.get("centre"))
-             for role, (n, o) in zip(roles, one.items(), strict=True) if o.ok]  # fmt: skip
-    blocks.append(Plots([(history_plot("by-points", "By points", "Centre's height by the number of points.",
-                                       ("t (s)", "height (m)"), paths, None),
-                          "The paper's force by point: every number of points is another ground.")]))  # fmt: skip
+    paths = [
+        Series(f"{n} points", role, o.get("times"), o.get("centre"))
+        for role, (n, o) in zip(roles, one.items(), strict=True)
+        if o.ok
+    ]
+    blocks.append(
+        Plots(
+            [
+                (
+                    history_plot(
+                        "by-points",
+                        "By points",
+                        "Centre's height by the number of points.",
+                        ("t (s)", "height (m)"),
+                        paths,
+                        None,
+                    ),
+                    "The paper's force by point: every number of points is another ground.",
+                )
+            ]
+        )
+    )
     divided = found["subdomains"]
     last = divided[-1]
     names = ("1 subdomain (one grid over the element)", "3 subdomains", "4 subdomains")
-    table = [row(o, case=name, apart=apart(o, last) if o.ok and last.ok else None)
-             for o, name in zip(divided, names, strict=True)]  # fmt: skip
+    table = [
+        row(o, case=name, apart=apart(o, last) if o.ok and last.ok else None)
+        for o, name in zip(divided, names, strict=True)
+    ]
     note = "Two subdomains would leave an edge of the groove inside one of them; the rule always divides there."
     blocks.append(Table("Subdomains across the plate, 3 points in each, stiffness by area.", FALLS, table, [note]))
     return blocks
@@ -261,16 +329,28 @@ def _compared(outcomes: Sequence[Outcome]) -> list[Block]:
             values += [100 * (own / laid.get("sunk") - 1)] if own and laid is not None else []
             differs = max(map(abs, values))
         table.append(row(outcome, sunk=sunk.get(_level(outcome)), difference=differs))
-    words = ["Greatest difference: of rebound height, peak force and rest position from the finest solid, beside the "
-             "CPU time that it takes. The solid's own mesh steps are in its rows."]  # fmt: skip
+    words = [
+        "Greatest difference: of rebound height, peak force and rest position from the finest solid, beside the "
+        "CPU time that it takes. The solid's own mesh steps are in its rows."
+    ]
     best = [o for o in (finest(outcomes, "ancf"), last) if o is not None]
-    paths = [Series(o.asked.arguments.get("solver", "ancf"), o.asked.arguments.get("solver", "ancf"), o.get("times"),
-                    o.get("height")) for o in best]  # fmt: skip
+    paths = [
+        Series(
+            o.asked.arguments.get("solver", "ancf"),
+            o.asked.arguments.get("solver", "ancf"),
+            o.get("times"),
+            o.get("height"),
+        )
+        for o in best
+    ]
     plot = history_plot("compared-path", "Both solvers", "Height over time.", ("t (s)", "height (m)"), paths, None)
     force = [Series(s.label, s.role, o.get("times"), o.get("force")) for s, o in zip(paths, best, strict=True)]
     other = history_plot("compared-force", "Both solvers", "Force over time.", ("t (s)", "force (N)"), force, None)
-    return [Text(words), Table("One ground for two solvers: stiffness by area.", FALLS, table),
-            Plots([(plot, "Height of the plate's mean."), (other, "Force of the ground.")])]  # fmt: skip
+    return [
+        Text(words),
+        Table("One ground for two solvers: stiffness by area.", FALLS, table),
+        Plots([(plot, "Height of the plate's mean."), (other, "Force of the ground.")]),
+    ]
 
 
 def _level(outcome: Outcome) -> str:
@@ -302,27 +382,38 @@ HARD = (
 
 
 def _hard_table(outcomes: Sequence[Outcome]) -> list[Block]:
-    table = [{column.key: o.get(column.key) for column in HARD} | {"status": o.measured.status, "case": _case(o)}
-             for o in outcomes]  # fmt: skip
-    words = ["Landing: flat at 1 m/s, every point at once, the scene's stiffness by area times a factor. A scheme whose "
-             "steps lose or make a twentieth of the energy ends under that name instead of going on."]  # fmt: skip
+    table = [
+        {column.key: o.get(column.key) for column in HARD} | {"status": o.measured.status, "case": _case(o)}
+        for o in outcomes
+    ]
+    words = [
+        "Landing: flat at 1 m/s, every point at once, the scene's stiffness by area times a factor. A scheme whose "
+        "steps lose or make a twentieth of the energy ends under that name instead of going on."
+    ]
     return [Text(words), Table("Stiffness, steps, stopping, an edge first, long rest.", HARD, table)]
 
 
 def _case(outcome: Outcome) -> str:
-    arguments = [f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
-                 for key, value in outcome.asked.arguments.items()]  # fmt: skip
+    arguments = [
+        f"{key} {value:g}" if isinstance(value, float) else f"{key} {value}"
+        for key, value in outcome.asked.arguments.items()
+    ]
     return ", ".join([outcome.asked.name.rpartition(".")[2].replace("_", " "), *arguments])
 
 
 def _detail_table(outcome: Outcome) -> list[Block]:
     if not outcome.ok:
         return [Text([outcome.measured.status])]
-    columns = (Column("grooves", "grooves", "d"), Column("flight", "in flight", ".3f", "ms per step"),
-               Column("ground", "on the ground", ".3f", "ms per step"), Column("points", "contact points", "d"))  # fmt: skip
+    columns = (
+        Column("grooves", "grooves", "d"),
+        Column("flight", "in flight", ".3f", "ms per step"),
+        Column("ground", "on the ground", ".3f", "ms per step"),
+        Column("points", "contact points", "d"),
+    )
     lists = (outcome.get(key) for key in ("counts", "flight", "ground", "points"))
-    table = [dict(zip(("grooves", "flight", "ground", "points"), values, strict=True))
-             for values in zip(*lists, strict=True)]  # fmt: skip
+    table = [
+        dict(zip(("grooves", "flight", "ground", "points"), values, strict=True)) for values in zip(*lists, strict=True)
+    ]
     words = (
         "One element with as much groove in one, two or four parts; CPU time per step, the least of 3 in one process."
     )

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 OUT = Path("reports/build")
-OK, REFUSED, WRONG, INTERRUPTED = 0, 1, 2, 130
+OK, REFUSED, WRONG, UNWRITTEN, INTERRUPTED = 0, 1, 2, 3, 130
 ALONE = {"companions": [], "study": "scene", "published": None}  # a shipped scene whose physics was changed
 
 DESCRIPTION = """\
@@ -44,7 +44,8 @@ examples:
 exit codes:
   0    done
   1    the gate refused, or a unit of the study failed (its row carries the reason)
-  2    wrong scene or wrong usage; nothing was computed
+  2    wrong scene, file or usage; nothing was computed
+  3    a file could not be read or written (full disk, folder without permission); finished results are kept
   130  interrupted; finished results are kept and reused"""
 
 
@@ -64,6 +65,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return REFUSED
+    except OSError as error:
+        where = error.filename2 or error.filename
+        print(f"groovecheck: {f'{where}: ' if where else ''}{error.strerror or error}", file=sys.stderr)
+        return UNWRITTEN
     except ValueError as error:
         if not isinstance(error, _user_errors()):
             raise
@@ -154,13 +159,18 @@ def _run(options: argparse.Namespace) -> int:
     entries, rows = _solved(scenes, options, options.budget, options.solver)
     _print_table(rows)
     _say_failures(entries)
-    study = f"reports.{scenes[0].study}"
-    if importlib.util.find_spec(study) is None:
+    _print_page(scenes[0], entries, rows, options.out)
+    return OK if all(entry.ok for entry in entries) else REFUSED
+
+
+def _print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], folder: Path) -> None:
+    """Publish the page of the scene's exhibit and say where it is; a scene may name an exhibit that is not there."""
+    study = f"reports.{scene.study}"
+    module = importlib.import_module(study) if importlib.util.find_spec(study) else None
+    if module is None or not hasattr(module, "publish"):
         print(f"no page: {study} does not exist", file=sys.stderr)
     else:
-        page = importlib.import_module(study).publish(scenes[0], entries, rows, options.out)
-        print(f"page: {page}")
-    return OK if all(entry.ok for entry in entries) else REFUSED
+        print(f"page: {module.publish(scene, entries, rows, folder)}")
 
 
 def _table(options: argparse.Namespace) -> int:

@@ -7,13 +7,13 @@ version, scene, solver, level, scalars). NumPy alone reads it.
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from compare.files import replacing
 
 SCHEMA = 2  # 2 added frequencies
 READABLE = (1, 2)
@@ -99,11 +99,9 @@ def save(result: Result, path: Path) -> None:
     arrays |= {f"energy.{kind}": values for kind, values in result.energies.items()}
     if result.outline is not None:
         arrays |= {f"outline.{name}": getattr(result.outline, name) for name in OUTLINE}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-        stated = {name: values for name, values in arrays.items() if values is not None}
+    stated = {name: values for name, values in arrays.items() if values is not None}
+    with replacing(path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), **stated)
-    os.replace(file.name, path)
 
 
 def load(path: Path) -> Result:

@@ -20,6 +20,7 @@ from functools import cache
 from pathlib import Path
 
 from compare import pool
+from compare.files import sweep
 from compare.result import OK, Result, ResultError, load
 from compare.scene import BUDGETS, Level, Scene
 
@@ -105,6 +106,7 @@ def run(
     with the state whenever it changes. reuse = False solves everything again. An interrupt ends the
     workers and leaves every finished result in place. Raises SceneError where a variant is wrong.
     """
+    sweep(folder)
     units = plan(scenes, solvers, budget)
     distinct = {unit.key: unit for unit in reversed(units)}  # a ladder's label before a variant's
     found = {key: _kept(unit, folder) for key, unit in distinct.items()} if reuse else {}

@@ -15,7 +15,7 @@ from compare.scene import PublishedRow, Scene
 from compare.study import Entry, level_name
 from compare.table import height, in_ladders, percent, rule
 from compare.verdict import Figure, at_most, stated
-from reports import sections
+from reports import sections, split
 from reports.ladders import (
     NAMES,
     Ladder,
@@ -328,7 +328,7 @@ def table5(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write cantilever.html and cantilever.json into `folder`; returns the page's path."""
     judged = figures(entries, rows)
-    found = {**page_content(entries, rows, judged), "table5": table5(entries)}
+    found = {**page_content(entries, rows, judged), **split.content(entries), "table5": table5(entries)}
     return write(folder, scene.name, page(entries, rows, found, judged), found)
 
 
@@ -351,6 +351,7 @@ def page(
         sections.convergence_section(content["convergence"]),
         sections.opinions_section(content["opinions"]),
         *sections.plot_sections(entries),
+        split.section(content),
         sections.sensitivity_section(content["sensitivity"]),
         sections.table_section(entries, rows),
         pictures.result(),

@@ -11,7 +11,7 @@ from compare.scene import Scene
 from compare.study import Entry, level_name
 from compare.table import answer, percent, quantity, unit
 from compare.verdict import Figure, stated
-from reports import sections
+from reports import sections, split
 from reports.ladders import Ladder, band_words, by_mode, ladders, page_content, scenes
 
 
@@ -48,7 +48,7 @@ def _figures(scene: Scene, found: Sequence[Ladder]) -> list[Figure]:
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write <scene's name>.html and .json into `folder`; returns the page's path."""
     judged = figures(entries)
-    found = page_content(entries, rows, judged)
+    found = {**page_content(entries, rows, judged), **split.content(entries)}
     about = found["provenance"]
     failed = sum(not entry.ok for entry in entries)
     words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
@@ -59,6 +59,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         sections.convergence_section(found["convergence"]),
         sections.opinions_section(found["opinions"]),
         *sections.plot_sections(entries),
+        split.section(found),
         sections.sensitivity_section(found["sensitivity"]),
         sections.table_section(entries, rows),
         pictures.result(),

@@ -23,6 +23,7 @@ from compare.table import answer, in_ladders, judgements, percent, quantity, uni
 from compare.verdict import Figure
 from reports.bodies import bodies, named
 from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, limit_errors, scenes
+from reports.speed_curves import cost_to
 
 COLUMNS = (
     Column("mode", "mode", "d"),
@@ -195,9 +196,12 @@ def _error_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str)
 
 
 def _work_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str) -> tuple[str, str]:
-    lines = [
-        plots.Series(f.label, f.role, [e.wall_seconds for e in f.solved], _errors(f, target)) for f in found if f.solved
-    ]
+    lines = []
+    for ladder in (f for f in found if f.solved):
+        seconds, errors = [e.wall_seconds for e in ladder.solved], _errors(ladder, target)
+        cost, _ = cost_to(errors, seconds, 1.0)
+        label = ladder.label + (f", 1 % in {cost:.2g} s" if cost is not None else "")
+        lines.append(plots.Series(label, ladder.role, seconds, errors))
     name, title = _titled(scene, found)
     caption = f"{title}. Difference from {what} against wall time, one thread, least of the runs."
     drawn = plots.log_plot(f"work-{name}", f"Work: {title}", caption, lines, "wall time (s)", "|difference| (%)")

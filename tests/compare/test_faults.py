@@ -14,9 +14,9 @@ from pathlib import Path
 import fake_solver
 import numpy as np
 import pytest
-from fake_solver import FAKE, small
+from fake_solver import small
 
-from compare import files, history, index, report, study
+from compare import files, history, index, report
 from compare.result import ResultError, load, save
 
 HERE = Path(__file__).parent
@@ -77,7 +77,8 @@ def test_a_run_killed_at_twenty_random_moments_ends_as_if_it_had_not_been(tmp_pa
 def limited(folder, *words):
     """The command in a process that may write no file above 12 kB, as a full disk would; (exit status, errors)."""
     script = (
-        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (12_000, 12_000)); sys.path.insert(0, sys.argv[1])\n"
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (12_000, 12_000))\n"
+        "sys.path.insert(0, sys.argv[1])\n"
         "from compare import cli; cli.SOLVERS = {'ancf': 'fake_solver'}\n"
         "sys.exit(cli.main(sys.argv[2:]))\n"
     )

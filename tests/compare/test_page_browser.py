@@ -78,7 +78,8 @@ def test_a_header_sorts_and_words_filter(page, tmp_path):
     """Numbers sort by their full value, rows without one stay last, a filter hides the rows without its words."""
     script = """
     const named = (box) => box.getAttribute('aria-label').startsWith('Cantilever plate w');
-    const box = [...document.querySelectorAll('.box')].find(named), table = box.querySelector('table'), head = [...table.tHead.rows].at(-1).cells;
+    const box = [...document.querySelectorAll('.box')].find(named);
+    const table = box.querySelector('table'), head = [...table.tHead.rows].at(-1).cells;
     const column = [...head].findIndex((cell) => cell.textContent.startsWith('height'));
     const values = () => [...table.tBodies[0].rows].filter((row) => !row.hidden)
       .map((row) => Number(row.cells[column].querySelector('data').value));

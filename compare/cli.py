@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from compare.scene import Scene
-    from compare.study import Entry
+    from compare.study import Entry, Unit
 
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 OUT = Path("reports/build")
@@ -38,6 +38,7 @@ examples:
   groovecheck run my_plate.toml --solver ancf    a scene of your own, one solver
   groovecheck run cantilever --set thickness=0.06 --set grooves.0.depth=0.02
   groovecheck table cantilever --format json > rows.json
+  groovecheck compare my_plate.toml abaqus.csv --name Abaqus    another code's answers beside both
   groovecheck check cantilever                   compare with the accepted values
   groovecheck accept cantilever --reason "exact rule for row 5"
 
@@ -77,10 +78,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
+    from compare.external.exported import ExportError
     from compare.gate import BaselineError
     from compare.scene import SceneError
 
-    return UsageError, SceneError, BaselineError
+    return UsageError, SceneError, BaselineError, ExportError
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -104,6 +106,22 @@ def _parser() -> argparse.ArgumentParser:
         "a scene whose physics is changed so runs without its companions and its published values",
     )
     _working(run)
+
+    compare = _add(commands, "compare", _compare, "put the exported answers of another code beside both solvers")
+    compare.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="CSV (h,value[,seconds]) or a mesh with a displacement field",
+    )
+    compare.add_argument("--name", required=True, metavar="SOLVER", help="what the other code is called")
+    compare.add_argument(
+        "--h", type=float, action="append", metavar="METRES", help="element length of a field (its mean edge)"
+    )
+    compare.add_argument("--field", metavar="NAME", help="name of the displacement in a mesh file")
+    _budget(compare)
+    _working(compare)
 
     table = _add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
     table.add_argument("--format", choices=("md", "csv", "json"), default="md", help="default: md")
@@ -156,7 +174,8 @@ def _count(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scenes = _changed(_with_companions(options.scene), options.set)
-    entries, rows = _solved(scenes, options, options.budget, options.solver)
+    others = () if options.solver else _third_solvers(scenes, options.budget)
+    entries, rows = _solved(scenes, options, options.budget, options.solver, others)
     _print_table(rows)
     _say_failures(entries)
     _print_page(scenes[0], entries, rows, options.out)
@@ -165,10 +184,9 @@ def _run(options: argparse.Namespace) -> int:
 
 def _print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], folder: Path) -> None:
     """Publish the page of the scene's exhibit and say where it is; a scene may name an exhibit that is not there."""
-    study = f"reports.{scene.study}"
-    module = importlib.import_module(study) if importlib.util.find_spec(study) else None
-    if module is None or not hasattr(module, "publish"):
-        print(f"no page: {study} does not exist", file=sys.stderr)
+    module = _exhibit(scene)
+    if module is None:
+        print(f"no page: reports.{scene.study} does not exist", file=sys.stderr)
     else:
         print(f"page: {module.publish(scene, entries, rows, folder)}")
 
@@ -290,10 +308,51 @@ def _setting(text: str) -> tuple[str, Any]:
         return key, value
 
 
+def _compare(options: argparse.Namespace) -> int:
+    from compare.external import exported
+    from compare.table import rows
+
+    sizes = options.h or [None] * len(options.files)
+    if len(sizes) != len(options.files):
+        raise UsageError(f"--h was given {len(sizes)} times for {len(options.files)} files")
+    scenes = _with_companions(options.scene)
+    read = [
+        entry
+        for path, h in zip(options.files, sizes, strict=True)
+        for entry in exported.entries(scenes[0], path, options.name, h, options.field)
+    ]
+    lengths = [entry.result.h for entry in read]
+    if len(set(lengths)) < len(lengths):
+        raise UsageError(f"two levels of equal h: {sorted(lengths)}; give other lengths (--h)")
+    entries, _ = _solved(scenes, options, options.budget)
+    entries += sorted(read, key=lambda entry: -entry.result.h)
+    table = rows(entries)
+    _print_table(table)
+    _say_failures(entries)
+    _print_page(scenes[0], entries, table, options.out)
+    return OK if all(entry.ok for entry in entries) else REFUSED
+
+
+def _exhibit(scene: Scene) -> Any:
+    """The module that publishes a scene, None where it names one that does not exist."""
+    study = f"reports.{scene.study}"
+    module = importlib.import_module(study) if importlib.util.find_spec(study) else None
+    return module if hasattr(module, "publish") else None
+
+
+def _third_solvers(scenes: list[Scene], budget: str) -> Sequence[Unit]:
+    """Units of codes that nobody here wrote, where the scene's exhibit wants them and they are installed."""
+    return getattr(_exhibit(scenes[0]), "third_solvers", lambda *_: ())(scenes, budget)
+
+
 def _solved(
-    scenes: list[Scene], options: argparse.Namespace, budget: str, solver: str | None = None
+    scenes: list[Scene],
+    options: argparse.Namespace,
+    budget: str,
+    solver: str | None = None,
+    others: Sequence[Unit] = (),
 ) -> tuple[list[Entry], list[dict[str, Any]]]:
-    """Entries and rows of a study of the scenes by one solver or all of them, progress on standard error."""
+    """Entries and rows of the scenes by one solver or all, and of other units; progress on standard error."""
     solvers = {solver: SOLVERS[solver]} if solver else SOLVERS
     for scene in scenes:
         if not any(scene.ladder(solver, budget) for solver in solvers):
@@ -302,7 +361,8 @@ def _solved(
 
     folder = _writable(options.out / "results")
     with progress.shown() as report:
-        entries = study.run(scenes, solvers, budget, folder, options.jobs, report, reuse=not options.fresh)
+        units = [*study.plan(scenes, solvers, budget), *others]
+        entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh)
     fresh = len({entry.key for entry in entries if entry.fresh})
     print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
     return entries, table.rows(entries)

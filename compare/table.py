@@ -106,7 +106,7 @@ def highest_order(entry: Entry) -> float:
     """Order that theory allows a series in the limit: a solid is singular at the re-entrant edges of a band
     of rectangular section; without such edges there is no bound. A plate has no such edge in its kinematics."""
     bands = (*entry.scene.grooves, *entry.scene.protrusions)
-    singular = entry.solver == "reference" and any(band.profile is None for band in bands)
+    singular = entry.solver != "ancf" and any(band.profile is None for band in bands)
     return reentrant_order(1.5 * math.pi) if singular else math.inf
 
 
@@ -279,6 +279,8 @@ def _rule_agrees(entry: Entry) -> bool | None:
 
 def _index(entry: Entry) -> int:
     """Index of an entry's level in its series of the whole ladder, whatever the budget."""
+    if not hasattr(entry.scene, entry.solver):
+        return 0  # a third solver's levels are no ladder of the scene
     same = [level for level in entry.scene.ladder(entry.solver) if _kind(level) == _kind(entry.level)]
     return same.index(entry.level)
 

@@ -11,7 +11,7 @@ from compare.bodies import Body, pack
 from compare.report import Bodies
 from compare.study import Entry, level_name
 from compare.table import element, height, in_ladders, unit
-from reports.ladders import NAMES, ladders, scenes
+from reports.ladders import NAMES, ladders, named, scenes
 
 ALLOWED = 2_300_000  # bytes of all bodies of a page: with pictures and plots it stays below 5 MB
 REACH = 0.1  # of the body's size: the largest displacement of a mode
@@ -31,7 +31,7 @@ def bodies(entries: Sequence[Entry]) -> Bodies | None:
     return Bodies(packed, words) if packed else None
 
 
-def named(rows: Sequence[dict[str, Any]], entries: Sequence[Entry]) -> list[dict[str, Any]]:
+def opened(rows: Sequence[dict[str, Any]], entries: Sequence[Entry]) -> list[dict[str, Any]]:
     """Rows of a table with "run", the name of the body that each opens."""
     return [{**row, "run": entry.key} for row, entry in zip(rows, entries, strict=True)]
 
@@ -55,7 +55,7 @@ def _body(entry: Entry) -> Body:
         words = "t = {:.4g} s" if entry.scene.analysis.kind == "dynamic" else "load parameter {:.4g}"
         header, data = pack(outline, [words.format(last)], outline.displacement[None])
     value = height(entry) if unit(entry.scene) == "m" else None
-    label = f"{NAMES.get(entry.solver, entry.solver)} {level_name(entry.level)}, {element(entry.level)}"
+    label = f"{named(entry.solver)} {level_name(entry.level)}, {element(entry.level)}"
     label += f", {result.unknowns} unknowns" + ("" if value is None else f", {value:.5f} m".replace("-", "\u2212"))
     label += "" if entry.ok else f", {entry.status}"
-    return Body(entry.key, entry.scene.name, label, entry.solver, header, data)
+    return Body(entry.key, entry.scene.name, label, entry.solver if entry.solver in NAMES else "third", header, data)

@@ -27,7 +27,7 @@ PARTS = (
 
 
 def split(entries: Sequence[Entry]) -> list[dict[str, Any]]:
-    """One dict per scene (and mode) that both solvers answered: their distance and its parts, percent of |reference|."""
+    """One dict per scene (and mode) that both solvers answered: their distance and its parts in percent."""
     found = []
     for scene, members in ((s, m) for s in scenes(entries) for m in by_mode(ladders(entries, s.name))):
         pair = [next((f for f in members if f.solver == solver and f.finest), None) for solver in ("ancf", "reference")]

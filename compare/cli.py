@@ -78,11 +78,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
+    from compare.export import ExportError as NotExported
     from compare.external.exported import ExportError
     from compare.gate import BaselineError
     from compare.scene import SceneError
 
-    return UsageError, SceneError, BaselineError, ExportError
+    return UsageError, SceneError, BaselineError, ExportError, NotExported
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -124,11 +125,22 @@ def _parser() -> argparse.ArgumentParser:
     _working(compare)
 
     table = _add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
-    table.add_argument("--format", choices=("md", "csv", "json"), default="md", help="default: md")
+    table.add_argument("--format", choices=("md", "tex", "csv", "json"), default="md", help="default: md")
     _budget(table)
     _working(table)
 
+    export = _add(commands, "export", _export, "write the surface of a level with its displacement, for ParaView")
+    export.add_argument("file", type=Path, metavar="FILE", help="name that ends with .vtu, .vtk or .xdmf")
+    export.add_argument("--solver", choices=SOLVERS, default="ancf", help="whose level (ancf)")
+    export.add_argument("--level", metavar="NAME", help="4x4 or h=0.1 (default: the finest of the budget)")
+    _budget(export)
+    _working(export)
+
     check = _add(commands, "check", _check, "compare a quick run with the accepted values; exit 1 names what moved")
+    check.add_argument("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML")
+    check.add_argument(
+        "--summary", type=Path, metavar="FILE", help="append the verdict as Markdown ($GITHUB_STEP_SUMMARY)"
+    )
     _working(check)
 
     accept = _add(commands, "accept", _accept, "make the values of a quick run the accepted ones")
@@ -201,12 +213,13 @@ def _table(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from compare import gate
+    from compare import ci, gate
 
     scenes = _with_companions(options.scene, as_named=True)
     baseline = gate.read(_baseline(scenes[0]))
     entries, rows = _solved(scenes, options, "quick")
     verdict = gate.check(rows, baseline)
+    ci.write(verdict, scenes[0].name, options.junit, options.summary)
     print("\n".join(gate.lines(verdict)))
     _say_failures(entries)
     if verdict.passed:
@@ -215,6 +228,27 @@ def _check(options: argparse.Namespace) -> int:
     refused = [margin.row for margin in verdict.margins if margin.refused]
     print(f"{scenes[0].name}: the gate refuses {len(refused)} rows: " + "; ".join(refused), file=sys.stderr)
     return REFUSED
+
+
+def _export(options: argparse.Namespace) -> int:
+    from compare import export, study
+
+    scene = _with_companions(options.scene)[0]
+    levels = scene.ladder(options.solver, options.budget)
+    if options.level:
+        levels = [level for level in levels if study.level_name(level) == options.level]
+    if not levels:
+        named = ", ".join(dict.fromkeys(map(study.level_name, scene.ladder(options.solver)))) or "none"
+        raise UsageError(f"no such level of {options.solver} within the budget {options.budget}; the scene has {named}")
+    unit = study.unit(scene, None, options.solver, SOLVERS[options.solver], levels[-1])
+    folder = _writable(options.out / "results")
+    (entry,) = study.solve([unit], folder, reuse=not options.fresh)
+    if not entry.ok:
+        _say_failures([entry])
+        return REFUSED
+    export.write(entry.result, options.file)
+    print(f"{study.label(entry)}: {options.file}")
+    return OK
 
 
 def _accept(options: argparse.Namespace) -> int:

@@ -25,6 +25,7 @@ import csv
 import io
 import json
 import math
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -306,7 +307,28 @@ def as_markdown(table: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-FORMATS = {"md": as_markdown, "csv": as_csv, "json": as_json}
+def as_latex(table: list[Row]) -> str:
+    """The rows as a LaTeX tabular of rounded numbers (package booktabs); columns without a value are left out."""
+    kept = [key for key in KEYS if any(row[key] is not None for row in table)] or list(KEYS)
+    sides = "".join("l" if all(isinstance(row[key], (str, type(None))) for row in table) else "r" for key in kept)
+    lines = [f"\\begin{{tabular}}{{{sides}}}", "\\toprule", _latex_line(kept), "\\midrule"]
+    lines += [_latex_line([shown(key, row[key]) for key in kept]) for row in table]
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+
+
+def _latex_line(cells: list[str]) -> str:
+    return " & ".join(map(_latex, cells)) + r" \\"
+
+
+def _latex(text: str) -> str:
+    """Words as LaTeX prints them; a minus before a number is a minus."""
+    text = "".join(LATEX.get(letter, letter) for letter in text)
+    return re.sub(r"^([-+][\d.]+)$", r"$\1$", text)
+
+
+LATEX = {letter: "\\" + letter for letter in "&%$#_{}"}
+LATEX |= {"\\": "\\textbackslash{}", "~": "\\textasciitilde{}", "^": "\\textasciicircum{}", "–": "--"}
+FORMATS = {"md": as_markdown, "tex": as_latex, "csv": as_csv, "json": as_json}
 DIGITS = {"h": ".4g", "value": ".5f", "paper": ".4f", "extrapolated": ".5f", "order": ".2f", "peak_mb": ".0f"}
 DIGITS |= {"error_paper_percent": "+.2f", "error_reference_percent": "+.2f", "gci_percent": ".2f"}
 DIGITS |= {"wall_seconds": ".3g"}

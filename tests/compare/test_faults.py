@@ -28,7 +28,7 @@ from compare import study
 from compare.scene import load
 level = {"element": "conforming", "points": [3, 3, 2], "time_step": 0.02, "budget": "quick"}
 scene = load("cantilever_plain").override({
-    "ancf": {"levels": [{**level, "mesh": [n, n]} for n in (1, 2, 3)]}, "reference": None, "sensitivity": None})
+    "ancf": {"levels": [{**level, "mesh": [n, n]} for n in (2, 3, 4)]}, "reference": None, "sensitivity": None})
 study.run([scene], {"ancf": "ancf.run"}, "quick", Path(sys.argv[2]), jobs=2)
 """
 

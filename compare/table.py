@@ -26,6 +26,7 @@ import io
 import json
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -291,12 +292,13 @@ def as_json(table: list[Row]) -> str:
     return json.dumps(table, indent=1, allow_nan=False)
 
 
-def as_csv(table: list[Row]) -> str:
-    """The rows as comma-separated values with a header line; null is an empty cell."""
+def as_csv(table: list[Row], scenes: Sequence[str] | None = None) -> str:
+    """The rows as comma-separated values with a header line; null is an empty cell. scenes: a first column."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, KEYS, lineterminator="\n")
+    writer = csv.DictWriter(text, KEYS if scenes is None else ("scene", *KEYS), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(table)
+    named = zip(table, scenes, strict=True) if scenes is not None else ()
+    writer.writerows(table if scenes is None else ({"scene": scene, **row} for row, scene in named))
     return text.getvalue()
 
 

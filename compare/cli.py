@@ -59,7 +59,7 @@ class UsageError(ValueError):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code. Errors of the user are one message on standard error."""
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a termination ends the workers as an interrupt does
     try:
         return options.command(options)
@@ -89,14 +89,15 @@ def _user_errors() -> tuple[type[Exception], ...]:
     return UsageError, SceneError, BaselineError, ExportError, NotExported
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def parser() -> argparse.ArgumentParser:
+    """The parser of every command."""
+    made = argparse.ArgumentParser(
         prog="groovecheck",
         description=DESCRIPTION,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    commands = made.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
     run = add(commands, "run", _run, "solve a scene, print its table, write its page and JSON")
     budget(run)
@@ -135,7 +136,7 @@ def _parser() -> argparse.ArgumentParser:
     cli_sweep.add(commands)
     scenes = commands.add_parser("scenes", help="list the shipped scenes")
     scenes.set_defaults(command=_scenes)
-    return parser
+    return made
 
 
 def add(commands: Any, name: str, command: Any, about: str, many: bool = False) -> argparse.ArgumentParser:

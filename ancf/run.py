@@ -45,7 +45,7 @@ from ancf.material import from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
-from ancf.nurbs import Curve, GeometryError, Surface, surface_derivatives
+from ancf.nurbs import Curve, GeometryError, Revolved, Surface, surface_derivatives
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
 from ancf.refine import band_edges, chosen, fitted
@@ -238,14 +238,23 @@ def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], 
 
 
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
-    surface = None
-    if scene.surface.kind == "nurbs":
-        patch = scene.surface
-        surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
-    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element])
+    surface = _surface(scene)
+    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
 
 
-def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[np.ndarray]:
+def _surface(scene: Scene) -> Surface | Revolved | None:
+    """The mid-surface, None where it is flat."""
+    stated = scene.surface
+    if stated.kind == "nurbs":
+        return Surface(stated.degree, stated.knots, stated.control_points, stated.weights)
+    if stated.kind == "revolved":
+        section = stated.section
+        curve = Curve(section.degree, section.knots, section.control_points, section.weights)
+        return Revolved(curve, "XYZ".index(stated.axis))
+    return None
+
+
+def _lines(scene: Scene, level: AncfLevel, surface: Surface | Revolved | None) -> Iterator[np.ndarray]:
     """Grid lines of each axis."""
     for axis, (span, count) in enumerate(zip(scene.surface.span, level.mesh, strict=True)):
         if level.fit is None:
@@ -257,7 +266,7 @@ def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[
             yield fitted(span, count, band_edges(_bands(scene), axis), beside, SAME * unit)
 
 
-def _length(scene: Scene, surface: Surface, axis: int) -> float:
+def _length(scene: Scene, surface: Surface | Revolved, axis: int) -> float:
     """Length (m) of the surface's middle line along an axis."""
     spans = scene.surface.span
     at = [np.full(LENGTH_POINTS, np.mean(span)) for span in spans]

@@ -9,6 +9,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from compare.scene import Band, Load, Scene
 
+SURFACES = {
+    "rectangle": ("rectangle", " m"),
+    "nurbs": ("NURBS patch", " (NURBS parameters)"),
+    "revolved": ("revolved section", " (angle in rad, NURBS parameter)"),
+}
+
 
 def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
     """Lines for people: the scene, its assumptions, and per solver what is modelled, left out, and each level's size.
@@ -33,11 +39,11 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
         bands += [(f"{kind} {band.name}", _band(band)) for band in members]
     density = "" if material.density is None else f", density {material.density:g} kg/m³"
     span = " and ".join(f"{axis} {_span(limits)}" for axis, limits in zip("xy", scene.surface.span, strict=True))
-    flat = scene.surface.kind == "rectangle"
-    unit = " m" if flat else " (NURBS parameters)"
+    surface, unit = SURFACES[scene.surface.kind]
+    closed = ", closed" if scene.surface.closed else ""
     second = " s" if analysis.kind == "dynamic" else ""
     found = [
-        ("plate", f"{'rectangle' if flat else 'NURBS patch'}, {span}{unit}, {scene.thickness:g} m thick"),
+        ("plate", f"{surface}, {span}{unit}{closed}, {scene.thickness:g} m thick"),
         *bands,
         ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
         *_supports(scene),

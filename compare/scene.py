@@ -4,23 +4,25 @@ A scene states; it computes nothing that a solver uses: dimensions, material con
 curves, supports, loads, probes and output times. No stiffness, interpolation or integration lives
 here, because whatever shared code computed, both solvers would get wrong together.
 
-Reference coordinates (x, y, z): x and y are the parameters of the mid-surface (metres on a
-rectangle, knot values on a NURBS patch), z is the distance from the mid-surface along its normal,
-in metres. Edges of the plate are named x0, x1, y0, y1: the side where that parameter is least or
-greatest. "bottom" is the face of negative z, "top" that of positive z.
+Reference coordinates (x, y, z): x and y are the parameters of the mid-surface (metres on a rectangle, knot values
+on a NURBS patch, angle and knot value on a revolved section), z is the distance from it along its normal in metres.
+Edges of the plate are named x0, x1, y0, y1: the side where that parameter is least or greatest. "bottom" is the
+face of negative z, "top" that of positive z.
 """
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from compare.scene_errors import SceneError, describe
 from compare.scene_parts import (
+    Component,
     Count,
     Interval,
     Load,
@@ -38,6 +40,7 @@ from compare.scene_parts import (
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
 SHIPPED = Path(__file__).parent / "scenes"
+TURN = 1e-9  # rad: so near to 2 pi is a full turn
 
 Budget = Literal["quick", "standard", "full"]
 
@@ -48,6 +51,7 @@ class Rectangle(Part):
     kind: Literal["rectangle"]
     length: Positive
     width: Positive
+    closed: ClassVar[bool] = False
 
     @property
     def span(self) -> tuple[Interval, Interval]:
@@ -63,6 +67,7 @@ class NurbsPatch(Part):
     knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], exactly(2, "knot vectors")]
     control_points: tuple[tuple[Vector, ...], ...]
     weights: tuple[tuple[Positive, ...], ...] | None = None
+    closed: ClassVar[bool] = False
 
     @property
     def span(self) -> tuple[Interval, Interval]:
@@ -70,7 +75,40 @@ class NurbsPatch(Part):
         return tuple((knots[0], knots[-1]) for knots in self.knots)
 
 
-Surface = Annotated[Rectangle | NurbsPatch, Field(discriminator="kind")]
+class Section(Part):
+    """NURBS curve (paper Eq. 3) through (along, radius): along an axis and away from it, in metres."""
+
+    degree: Count
+    knots: tuple[Number, ...]
+    control_points: tuple[Interval, ...]
+    weights: tuple[Positive, ...] | None = None
+
+
+class Revolved(Part):
+    """A section turned about an axis through the origin of space; x is the angle in rad, y the section's parameter.
+
+    The angle is 0 on the axis of space that follows the axis of revolution in the order X, Y, Z, X, and grows
+    toward the one after that: about Y from Z toward X. The normal points away from the axis where the section's
+    parameter grows along it. A range of 2 pi is a closed ring: its seam is no edge.
+    """
+
+    kind: Literal["revolved"]
+    axis: Component
+    angle: Interval
+    section: Section
+
+    @property
+    def span(self) -> tuple[Interval, Interval]:
+        """Range of the angle, and first and last knot of the section."""
+        return self.angle, (self.section.knots[0], self.section.knots[-1])
+
+    @property
+    def closed(self) -> bool:
+        """Whether the angle runs through a full turn."""
+        return abs(self.angle[1] - self.angle[0] - 2 * math.pi) <= TURN
+
+
+Surface = Annotated[Rectangle | NurbsPatch | Revolved, Field(discriminator="kind")]
 
 
 class Profile(Part):

@@ -9,6 +9,7 @@ from compare.scene import Analysis, Level, Region, Scene, names
 from compare.scene_errors import SceneError
 from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
 from compare.scene_parts import History
+from compare.scene_revolved import seam_problems
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
@@ -30,6 +31,7 @@ def problems(scene: Scene) -> Iterator[str]:
     if not surface:
         bands = list(band_problems(scene))
         yield from bands
+        yield from seam_problems(scene)
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)

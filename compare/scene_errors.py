@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 SHOWN = 60
-TAGS = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
+TAGS = {"rectangle", "nurbs", "revolved", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
 TAGS |= {"clamp", "hold", "symmetry"}
 TAGS |= {"dynamic", "static", "modes"}
 LADDERS = {"ancf", "reference"}

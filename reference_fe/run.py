@@ -30,7 +30,7 @@ import numpy as np
 
 from compare.result import OK, Outline, Result
 from compare.scene import Band as SceneBand
-from compare.scene import NurbsPatch, ReferenceLevel, Scene
+from compare.scene import Profile, ReferenceLevel, Scene, Section
 from reference_fe import dynamics, statics
 from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
@@ -43,7 +43,7 @@ from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
 from reference_fe.probes import point_weights
 from reference_fe.supports import held
-from reference_fe.surface import Frame, Surface, lengths
+from reference_fe.surface import Frame, Revolved, Surface, lengths
 from reference_fe.system import System, assemble
 
 Progress = Callable[[float], None]
@@ -161,7 +161,7 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     """Mass, pattern, loads, supports and probes of the scene on the mesh. Raises MeshError."""
     material = scene.material
     mass = None if material.density is None else scalar_mass(solid, material.density)
-    fixed = np.zeros((solid.box.doflocs.shape[1], 3), dtype=bool)
+    fixed = np.zeros((solid.places.shape[1], 3), dtype=bool)
     for support in scene.supports:
         fixed |= held(solid, *_support(scene, frame, support))
     acting = [_load(scene, frame, solid, load, mass) for load in scene.loads]
@@ -179,7 +179,7 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
     """Advance from output time to output time until the end or a failure."""
     memory = model.memory
-    nothing = np.zeros((model.solid.box.doflocs.shape[1], 3))
+    nothing = np.zeros((model.solid.places.shape[1], 3))
     history = History([], [], {"kinetic": [], "strain": [], "external": []}, {}, nothing)
     pace = _pace(scene, level)
     begin, advance = _marching(scene, level, model, pace)
@@ -257,19 +257,29 @@ def _output_times(scene: Scene) -> np.ndarray:
     return until * np.linspace(0, 1, round(until / every) + 1)
 
 
-def mid_surface(scene: Scene) -> tuple[Frame, Surface | None]:
-    """Where the parameters lie in the box, and the NURBS mid-surface (None where it is a rectangle)."""
-    patch, origin = scene.surface, tuple(span[0] for span in scene.surface.span)
-    if not isinstance(patch, NurbsPatch):
+def mid_surface(scene: Scene) -> tuple[Frame, Surface | Revolved | None]:
+    """Where the parameters lie in the box, and the curved mid-surface (None where it is a rectangle)."""
+    stated, origin = scene.surface, tuple(span[0] for span in scene.surface.span)
+    if stated.kind == "rectangle":
         return Frame(origin), None
-    points = np.array(patch.control_points)
-    weights = np.ones(points.shape[:2]) if patch.weights is None else np.array(patch.weights)
-    surface = Surface(patch.degree, tuple(np.array(knots) for knots in patch.knots), points, weights)
+    if stated.kind == "revolved":
+        surface = Revolved("XYZ".index(stated.axis), stated.angle, _curve(stated.section))
+    else:
+        points = np.array(stated.control_points)
+        weights = np.ones(points.shape[:2]) if stated.weights is None else np.array(stated.weights)
+        surface = Surface(stated.degree, tuple(np.array(knots) for knots in stated.knots), points, weights)
     frame = Frame(origin, lengths(surface))
     return frame, replace(surface, frame=frame)
 
 
-def plate_of(scene: Scene, frame: Frame, surface: Surface | None) -> Plate:
+def _curve(stated: Profile | Section) -> Curve:
+    """A curve of the scene, in its own coordinates."""
+    points = np.array(stated.control_points)
+    weights = np.ones(len(points)) if stated.weights is None else np.array(stated.weights)
+    return Curve(stated.degree, points, weights, np.array(stated.knots))
+
+
+def plate_of(scene: Scene, frame: Frame, surface: Surface | Revolved | None) -> Plate:
     """The scene's solid in the box; creases of the surface are imprinted as regions too."""
     (_, length), (_, width) = frame.region(scene.surface.span)
     regions = [frame.region(load.region) for load in scene.loads if load.kind == "patch"]
@@ -287,6 +297,7 @@ def plate_of(scene: Scene, frame: Frame, surface: Surface | None) -> Plate:
         tuple(dict.fromkeys(regions)),
         tuple(dict.fromkeys(lines)),
         tuple(_middle(scene, frame, support) for support in scene.supports if getattr(support, "over", "") == "middle"),
+        scene.surface.closed,
     )
 
 
@@ -321,10 +332,8 @@ def _band(scene: Scene, frame: Frame, band: SceneBand) -> Band:
     axis = "xy".index(band.along)
     section = band.depth
     if band.profile is not None:
-        points = np.array(band.profile.control_points)
-        points[:, 0] = frame.interval(1 - axis, points[:, 0])
-        weights = np.ones(len(points)) if band.profile.weights is None else np.array(band.profile.weights)
-        section = Curve(band.profile.degree, points, weights, np.array(band.profile.knots))
+        section = _curve(band.profile)
+        section.points[:, 0] = frame.interval(1 - axis, section.points[:, 0])
     return Band(
         side=-1 if band.face == "bottom" else 1,
         axis=axis,
@@ -343,7 +352,9 @@ def spacing_of(plate: Plate, size: float) -> Spacing:
     """
     reach, half = plate.thickness, plate.thickness / 2
     x, y, z = (0.0, plate.length), (0.0, plate.width), (-half, half)
-    places = [((0.0, 0.0), y, z), (x[1:] * 2, y, z), (x, (0.0, 0.0), z), (x, y[1:] * 2, z)]
+    places = [(x, (0.0, 0.0), z), (x, y[1:] * 2, z)]
+    if not plate.closed:
+        places += [((0.0, 0.0), y, z), (x[1:] * 2, y, z)]
     for band in plate.grooves + plate.protrusions:
         places += _feet(band, half, cut=band in plate.grooves)
     return Spacing(size, tuple((RATIO, reach, *place) for place in places))
@@ -383,7 +394,8 @@ def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
     """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
     small = scene.analysis.kind == "modes"
     strain = "small vibrations about the undeformed one" if small else "total Lagrangian, large rotation and strain"
-    curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
+    kinds = {"nurbs": ", carried to the NURBS mid-surface", "revolved": ", carried to the revolved section"}
+    curved = kinds.get(scene.surface.kind, "") + (", closed at its seam" if scene.surface.closed else "")
     modelled = [
         f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
         f"St. Venant-Kirchhoff solid, {strain}, exact integration",

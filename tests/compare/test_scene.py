@@ -74,7 +74,10 @@ KEYS = {
     "all of the gain": ({"ancf.levels.0.enrich": 1.0}, "ancf.levels.0.enrich = 1.0: must be less than 1"),
     "line on the edge": ({"ancf.levels.0.fit": [0.0]}, "ancf.levels.0.fit.0 = 0.0: must be greater than 0"),
     "fractional mesh": ({"ancf.levels.0.mesh": [2.5, 2]}, "ancf.levels.0.mesh.0 = 2.5: needs a whole number"),
-    "kind of surface": ({"surface.kind": "disc"}, "surface.kind = 'disc': must be one of 'rectangle', 'nurbs'"),
+    "kind of surface": (
+        {"surface.kind": "disc"},
+        "surface.kind = 'disc': must be one of 'rectangle', 'nurbs', 'revolved'",
+    ),
     "no kind of load": ({"loads.0.kind": GONE}, "loads.0.kind: this key is missing"),
     "kind of load": (
         {"loads.0.kind": "wind"},

@@ -43,10 +43,11 @@ class Pattern:
         """Sparse lower triangle with the values data (nnz,)."""
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.n, self.n))
 
-    def full(self, data: np.ndarray) -> sp.csc_matrix:
-        """Sparse symmetric matrix with the values data (nnz,)."""
+    def full(self, data: np.ndarray, upper: np.ndarray | None = None) -> sp.csc_matrix:
+        """Sparse matrix with the values data (nnz,), symmetric unless `upper` has those of its transpose."""
         lower = self.lower(data)
-        return (lower + sp.tril(lower, -1).T).tocsc()
+        other = lower if upper is None else self.lower(upper)
+        return (lower + sp.tril(other, -1).T).tocsc()
 
 
 @dataclass(frozen=True, eq=False)

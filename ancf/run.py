@@ -10,6 +10,11 @@ Readings chosen here
 - An initial angular velocity turns about the origin of space: v = velocity + angular_velocity x r.
 - The time step is the largest that divides the time between two outputs and is not longer than the level's.
 - The global rule (Eq. 7) also integrates the mass.
+- Contact points are those of the level's rule in (x, y), subdomain by subdomain, on the true face: on a groove's floor
+  those of the floor, none on upright walls. A pressure acts on the area of the undeformed face. Points are listed
+  obstacle by obstacle.
+- In a step the damper of a point that enters an obstacle acts for the part of the step spent inside; with the
+  energy-momentum scheme forces are means over a step, and what a result says of them is that of the last one.
 - Modes are small vibrations about the undeformed plate. Rigid motions that the supports leave free are counted,
   not listed.
 - BLAS runs on one thread while a solve lasts: the products are small, and on cores that have other work
@@ -25,6 +30,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain, pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -54,14 +60,19 @@ from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import Body, System, body, distinct, expected_memory, system
 from ancf.words import words
-from compare.result import Outline, Result
+from compare.result import Contact, Outline, Result
 from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
+
+if TYPE_CHECKING:
+    from ancf import contact
 
 SOLVER = "ancf"
 SAME = 0.01  # of the thickness: edges this near to each other share a grid line
 LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
+LOST_ENERGY = "energy_not_kept"
+LOST = 0.05  # of the energy that has gone through the contact
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now
 Progress = Callable[[float], None] | None
 
@@ -87,6 +98,7 @@ class History:
     strain: list[float] = field(default_factory=list)
     external: list[float] = field(default_factory=list)
     load_parameter: list[float] = field(default_factory=list)
+    touches: list[tuple[contact.Touch, ...]] = field(default_factory=list)
     steps: int = 0
     iterations: int = 0
     factorisations: int = 0
@@ -142,7 +154,31 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         outline=_outline(scene, model, q),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
+    if scene.obstacles:
+        found["contact"] = _contact(model, history)
+        for kind in ("stored", "dissipated"):
+            sums = [sum(getattr(touch, kind) for touch in touches) for touches in history.touches]
+            found["energies"]["contact" if kind == "stored" else kind] = np.array(sums)
     return found, {"factorisations": history.factorisations}
+
+
+def _contact(model: Model, history: History) -> Contact:
+    """What the obstacles did to the plate."""
+    pairs, count = model.system.contact.pairs, len(history.touches)
+    forces = np.array([[touch.force for touch in touches] for touches in history.touches])
+    areas = np.array(
+        [
+            [pair.share[touch.pressure > 0].sum() for pair, touch in zip(pairs, touches, strict=True)]
+            for touches in history.touches
+        ]
+    )
+    points, share = (
+        np.concatenate(parts) for parts in ([pair.face.points for pair in pairs], [pair.share for pair in pairs])
+    )
+    last = [touch.pressure for touch in history.touches[-1]] if count else [np.zeros(len(share))]
+    return Contact(
+        forces.reshape(count, len(pairs), 3), areas.reshape(count, len(pairs)), points, share, np.concatenate(last)
+    )
 
 
 def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
@@ -210,7 +246,8 @@ def _message(history: History) -> str:
     if history.status == OK:
         return ""
     reached = f"after t = {history.times[-1]:.6g} s" if history.times else "before the first output time"
-    return f"{history.status} {reached}, after {history.steps} steps"
+    why = ": the steps are too long for so stiff a contact" if history.status == LOST_ENERGY else ""
+    return f"{history.status} {reached}, after {history.steps} steps{why}"
 
 
 def build(scene: Scene, level: AncfLevel) -> Model:
@@ -235,6 +272,8 @@ def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], 
     dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
     acting = system(plate, held, dead, scene.thickness, moments)
+    if scene.obstacles:
+        acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
     return Model(mesh, bands, plate, acting, np.array(probes))
 
 
@@ -309,9 +348,13 @@ def _band(band: SceneBand, sign: int) -> Band:
     section = band.depth
     if profile is not None:
         section = Curve(profile.degree, profile.knots, profile.control_points, profile.weights)
-    face = BOTTOM if band.face == "bottom" else TOP
     along = {} if band.extent is None else {"extent": band.extent}
-    return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
+    return Band(_side(band.face), sign, "xy".index(band.along), band.edges, section, **along)
+
+
+def _side(face: str) -> int:
+    """BOTTOM or TOP."""
+    return BOTTOM if face == "bottom" else TOP
 
 
 def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment:
@@ -332,6 +375,34 @@ def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | Edge
     return spread(row, load.force, load.history)
 
 
+def _obstacles(scene: Scene, level: AncfLevel, mesh: Mesh, bands, acting: System) -> contact.Contact:
+    """What each obstacle may touch; the code of contact is loaded only here."""
+    from ancf import obstacle as rigid
+    from ancf.contact import Contact, Law, Pair
+    from ancf.face import face
+
+    def body(shape):
+        if shape.kind == "plane":
+            return rigid.plane(shape.point, shape.normal)
+        if shape.kind == "sphere":
+            return rigid.sphere(shape.centre, shape.radius)
+        return rigid.drum(shape.point, shape.axis, shape.radius)
+
+    faces = {
+        side: face(mesh, bands, scene.thickness, level.points[:2], _side(side), acting.assembly, level.integration)
+        for side in {stated.face for stated in scene.obstacles}
+    }
+    pairs = []
+    for stated in scene.obstacles:
+        own = faces[stated.face]
+        k, c = stated.stick_stiffness, stated.stick_damping
+        sticks = (stated.stiffness if k is None else k, stated.damping if c is None else c)
+        law = Law(stated.stiffness, stated.damping, stated.friction, *sticks)
+        share = own.share if stated.law == "pressure" else np.ones(len(own.share))
+        pairs.append(Pair(own, body(stated.shape), law, share))
+    return Contact(tuple(pairs))
+
+
 def _probe(probe, mesh: Mesh, bands, thickness: float) -> np.ndarray:
     if hasattr(probe, "region"):
         return mean_over_region(mesh, bands, thickness, probe.region)
@@ -345,21 +416,26 @@ def _output_times(scene: Scene) -> np.ndarray:
 
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """Loads that act at t = 0 are first brought up from nothing, then the path follows the histories."""
-    history, q, work = History(), model.mesh.vectors.ravel().copy(), 0.0
+    history, q, work, touches = History(), model.mesh.vectors.ravel().copy(), 0.0, _untouched(model)
     solver, times = LinearSolver(model.system.assembly.pattern), _output_times(scene)
     paths = [_bringing_up(scene, level, model)]
     paths += [(model.system, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
     for t, (loaded, t0, t1, step) in zip(times, paths, strict=True):
-        path = equilibrium(loaded, solver, q, t0, t1, step)
+        path = equilibrium(loaded, solver, q, t0, t1, step, touches)
         history.steps += path.steps
         history.iterations += path.iterations
         history.factorisations += path.iterations
-        history.status, q, work = path.status, path.q, work + path.work
+        history.status, q, work, touches = path.status, path.q, work + path.work, path.touches
         if path.status != OK:
             break
-        _record(history, model, float(t), q, np.zeros_like(q), work)
+        _record(history, model, float(t), q, np.zeros_like(q), work, touches)
         _tell(progress, t / times[-1])
     return history, q
+
+
+def _untouched(model: Model) -> tuple[contact.Touch, ...]:
+    """State of what may touch before anything has."""
+    return () if model.system.contact is None else model.system.contact.untouched()
 
 
 def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
@@ -401,7 +477,7 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
         history.status = SINGULAR
         return history, q
     times, scheme, factor = _output_times(scene), SCHEMES[level.integrator], None
-    _record(history, model, 0.0, state.q, state.v, 0.0)
+    _record(history, model, 0.0, state.q, state.v, 0.0, state.touches)
     dt = times[1] / np.ceil(times[1] / level.time_step - 1e-9)
     for t1 in times[1:]:
         motion = advance(acting, solver, scheme, state, float(t1), dt, factor)
@@ -412,18 +488,42 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
         history.status = motion.status
         if motion.status != OK:
             break
-        _record(history, model, float(t1), state.q, state.v, state.work)
+        _record(history, model, float(t1), state.q, state.v, state.work, state.touches)
+        if scene.obstacles and _lost(history) > LOST:
+            history.status = LOST_ENERGY
+            break
         _tell(progress, t1 / times[-1])
     return history, state.q
 
 
-def _record(history: History, model: Model, t: float, q: np.ndarray, v: np.ndarray, work: float) -> None:
+def _record(
+    history: History,
+    model: Model,
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    work: float,
+    touches: tuple[contact.Touch, ...] = (),
+) -> None:
     kinetic, strain = model.system.energies(q, v)
     history.times.append(t)
     history.displacement.append(model.probes @ (q.reshape(-1, 3) - model.mesh.vectors))
     history.kinetic.append(kinetic)
     history.strain.append(strain)
     history.external.append(work)
+    history.touches.append(touches)
+
+
+def _lost(history: History) -> float:
+    """Energy that the steps have made or lost since the start, as a part of the most that has gone into the contact."""
+    through = sum(touch.most for touch in history.touches[-1])
+    return abs(_total(history, -1) - _total(history, 0)) / through if through > 0 else 0.0
+
+
+def _total(history: History, k: int) -> float:
+    """Energy (J) at an output time, less what the loads have brought."""
+    contact = sum(touch.stored + touch.dissipated for touch in history.touches[k])
+    return history.kinetic[k] + history.strain[k] + contact - history.external[k]
 
 
 def _tell(progress: Progress, fraction: float) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,6 +18,9 @@ from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
+
+if TYPE_CHECKING:
+    from ancf.contact import Contact
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
@@ -80,7 +83,9 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components, dead loads and moments; q, v, a are components (3 v,), sums over unknowns (u,).
+    """A body with held components, dead loads, moments and what it may touch.
+
+    q, v, a are components (3 v,), sums over unknowns (u,).
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
@@ -93,6 +98,7 @@ class System:
     mass_values: np.ndarray
     lengths: np.ndarray
     moments: tuple[EdgeMoment, ...] = ()
+    contact: Contact | None = None
 
     @property
     def unknowns(self) -> int:

@@ -22,6 +22,7 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
     modelled += [_support_words(support) for support in scene.supports]
     modelled += [_load_words(load) for load in scene.loads]
+    modelled += [_obstacle_words(obstacle) for obstacle in scene.obstacles]
     modelled += ["rigid initial velocity"] if scene.initial else []
     modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
     if level.enrich is not None:
@@ -35,7 +36,7 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
         "inertia": kind != "static",
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
-    left_out += ["damping, contact, plasticity"]
+    left_out += ["material damping, plasticity", *([] if scene.obstacles else ["contact"])]
     left_out += ["warping near groove edges finer than an element"] if level.enrich is None else []
     if FAMILY[level.element].thickness is None:
         left_out += _stiffened_bending(scene.material.poissons_ratio)
@@ -71,6 +72,13 @@ def _load_words(load) -> str:
     if load.kind == "moment":
         return f"moment on edge {load.edge} that turns with it"
     return f"{load.kind} load"
+
+
+def _obstacle_words(obstacle) -> str:
+    """What may be touched."""
+    unit = "area" if obstacle.law == "pressure" else "contact point"
+    rubs = f", friction {obstacle.friction:g}" if obstacle.friction else ""
+    return f"{obstacle.shape.kind} {obstacle.name}: penalty by {unit} on the {obstacle.face} face, one-sided{rubs}"
 
 
 def _stiffened_bending(nu: float) -> list[str]:

@@ -20,6 +20,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
+from compare.scene_contact import Obstacle
 from compare.scene_errors import SceneError, describe
 from compare.scene_parts import (
     Component,
@@ -340,6 +341,7 @@ class Scene(Part):
     material: Material
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]

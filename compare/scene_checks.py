@@ -16,6 +16,7 @@ ROUND_OFF = 1e-12  # of a length
 TIMELESS = {
     "loads": "small vibrations about the undeformed plate, which no load has bent",
     "initial": "found without a motion",
+    "obstacles": "small vibrations of a plate that touches nothing",
     "probes": "told by their frequencies and have no height",
     "published": "told by their frequencies, published values are heights",
 }
@@ -36,7 +37,7 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
-    checks = (_material, _supports, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
+    checks = (_material, _supports, _obstacles, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
 
@@ -129,9 +130,34 @@ def _supports(scene: Scene) -> Iterator[str]:
         yield "supports = []: statics without a support is singular; clamp an edge"
 
 
+def _obstacles(scene: Scene) -> Iterator[str]:
+    yield from _repeated(
+        [(f"obstacles.{i}.name", obstacle.name) for i, obstacle in enumerate(scene.obstacles)],
+        "this name is already taken by {first}",
+    )
+    for i, obstacle in enumerate(scene.obstacles):
+        key = f"obstacles.{i}"
+        for name in ("normal", "axis"):
+            if not any(getattr(obstacle.shape, name, (1.0,))):
+                yield f"{key}.shape.{name} = {_plain(getattr(obstacle.shape, name))}: needs a direction"
+        for name in ("stick_stiffness", "stick_damping"):
+            if getattr(obstacle, name) is not None and obstacle.friction == 0:
+                yield f"{key}.{name} = {getattr(obstacle, name):g}: nothing sticks without friction; leave this out"
+        if scene.analysis.kind == "static" and obstacle.damping:
+            yield f"{key}.damping = {obstacle.damping:g}: statics has no velocity; leave this out"
+        if getattr(scene.analysis, "follow", "load") == "arc-length":
+            yield f"{key}: an arc length follows dead loads only; state analysis.follow = 'load'"
+
+
 def _timeless(scene: Scene) -> Iterator[str]:
     """What a scene of modes states in vain: they are of the unloaded plate, have no time and no height."""
-    stated = {"loads": scene.loads, "initial": scene.initial, "probes": scene.probes, "published": scene.published}
+    stated = {
+        "loads": scene.loads,
+        "obstacles": scene.obstacles,
+        "initial": scene.initial,
+        "probes": scene.probes,
+        "published": scene.published,
+    }
     for key, value in stated.items():
         if value:
             yield f"{key}: modes are {TIMELESS[key]}; leave this out or state another analysis.kind"

@@ -30,6 +30,8 @@ ANCF_ORDER = (
     "supports",
     "functional",
     "loads",
+    "obstacle",
+    "face",
     "contact",
     "system",
     "refine",

@@ -53,6 +53,7 @@ from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import Body, System, body, distinct, expected_memory, system
+from ancf.words import words
 from compare.result import Outline, Result
 from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
@@ -440,7 +441,7 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     mesh = _mesh(scene, level) if level.enrich is None else build(scene, level).mesh
     held = _held(scene, mesh)
     unknowns, first = int((~held).sum()), distinct(mesh, _bands(scene), free_edges(mesh, held))[1]
-    modelled, left_out = _words(scene, level)
+    modelled, left_out = words(scene, level)
     return {
         "unknowns": unknowns,
         "elements": len(mesh.connectivity),
@@ -448,83 +449,3 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
         "modelled": modelled,
         "left_out": left_out,
     }
-
-
-def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
-    """What is modelled and what is left out, one line each."""
-    kind = scene.analysis.kind
-    points = "x".join(str(count) for count in level.points)
-    coordinates = 3 * len(FAMILY[level.element].kinds)
-    per = "subdomain" if level.integration == "subdomain" else "element"
-    strain = "small vibrations about the undeformed plate" if kind == "modes" else "large rotation and strain"
-    modelled = [
-        f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
-        f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
-        _marching_words(scene, level),
-    ]
-    modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
-    modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
-    modelled += [_support_words(support) for support in scene.supports]
-    modelled += [_load_words(load) for load in scene.loads]
-    modelled += ["rigid initial velocity"] if scene.initial else []
-    modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
-    if level.enrich is not None:
-        modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
-    stated = {
-        "grooves": scene.grooves,
-        "protrusions": scene.protrusions,
-        "supports": scene.supports,
-        "gravity": [load for load in scene.loads if load.kind == "gravity"],
-        "other loads": [load for load in scene.loads if load.kind != "gravity"],
-        "inertia": kind != "static",
-    }
-    left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
-    left_out += ["damping, contact, plasticity"]
-    left_out += ["warping near groove edges finer than an element"] if level.enrich is None else []
-    if FAMILY[level.element].thickness is None:
-        left_out += _stiffened_bending(scene.material.poissons_ratio)
-    return modelled, left_out
-
-
-def _marching_words(scene: Scene, level: AncfLevel) -> str:
-    """How the scene's analysis is done."""
-    if scene.analysis.kind == "modes":
-        return f"the {scene.analysis.count} lowest elastic modes, shift-and-invert Lanczos iteration"
-    if scene.analysis.kind == "dynamic":
-        return f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
-    if scene.analysis.follow == "arc-length":
-        return f"static equilibria by arc length, no step longer than the linear response to {level.time_step:g} of t"
-    return f"static equilibrium by load steps of {level.time_step:g}"
-
-
-def _support_words(support) -> str:
-    """What a support holds."""
-    if support.kind == "clamp":
-        return f"clamp of edge {support.edge}, gradients {support.gradients}"
-    if support.kind == "symmetry":
-        return f"symmetry at edge {support.edge}, normal {support.normal}: the face stays in its plane"
-    place = f"edge {support.edge}" if support.edge else f"corner {support.corner}"
-    where = "in the whole plate" if support.whole else f"at {place}, over its {support.over}"
-    return f"hold of {', '.join(support.components)} {where}"
-
-
-def _load_words(load) -> str:
-    """What a load does."""
-    if load.kind == "pressure":
-        return f"pressure on the {load.face} face, dead"
-    if load.kind == "moment":
-        return f"moment on edge {load.edge} that turns with it"
-    return f"{load.kind} load"
-
-
-def _stiffened_bending(nu: float) -> list[str]:
-    """What a position field linear in z costs: E_zz cannot follow -nu/(1 - nu) E_xx, which is odd in z.
-
-    Bent to a cylinder, a plate then has the stiffness of lambda + 2 mu instead of E / (1 - nu^2); bent to a bowl,
-    alike in both directions, that of 2 (lambda + mu) instead of E / (1 - nu).
-    """
-    if nu == 0:
-        return []
-    cylinder, bowl = (1 - nu) ** 2 / (1 - 2 * nu), (1 - nu) / ((1 + nu) * (1 - 2 * nu))
-    words = f"on any mesh bending to a cylinder is {cylinder:.3g} times too stiff, to a bowl {bowl:.3g} times"
-    return [f"thickness strain that varies with z: {words}"]

@@ -1,4 +1,4 @@
-"""solve(scene, level) -> Result: the only file of this package that knows scenes.
+"""solve(scene, level) -> Result: this file and words.py alone of this package know scenes.
 
 Readings a solver must choose:
 - A clamp holds all displacements of the edge's face. The normal gradient there stays free, as in any
@@ -45,6 +45,7 @@ from reference_fe.probes import point_weights
 from reference_fe.supports import held
 from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
+from reference_fe.words import has_gravity, words
 
 Progress = Callable[[float], None]
 RATIO = 0.5  # edge length at sides and grooves over that elsewhere
@@ -59,7 +60,7 @@ def solve(
     A failure of meshing or of Newton is a named status of the Result. Raises ValueError where a
     scene with inertia states no density.
     """
-    if scene.material.density is None and (scene.analysis.kind != "static" or _has_gravity(scene)):
+    if scene.material.density is None and (scene.analysis.kind != "static" or has_gravity(scene)):
         raise ValueError(f"{scene.name}: material.density is missing: inertia and gravity need it")
     start, cpu = clock.perf_counter(), clock.process_time()
     try:
@@ -369,7 +370,7 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
     spacing = spacing_of(plate, level.size)
     elements = tetrahedra(plate, spacing)
     free = unknowns(elements)
-    modelled, left_out = _words(scene, level)
+    modelled, left_out = words(scene, level)
     return {
         "unknowns": free,
         "elements": elements,
@@ -377,62 +378,6 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
         "modelled": modelled,
         "left_out": left_out,
     }
-
-
-def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
-    """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
-    small = scene.analysis.kind == "modes"
-    strain = "small vibrations about the undeformed one" if small else "total Lagrangian, large rotation and strain"
-    curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
-    modelled = [
-        f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
-        f"St. Venant-Kirchhoff solid, {strain}, exact integration",
-        _marching_words(scene, level),
-        *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
-        *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
-        *(_support_words(support) for support in scene.supports),
-        *(f"{load.kind} load, {'turning with its edge' if load.kind == 'moment' else 'dead'}" for load in scene.loads),
-    ]
-    left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
-    return modelled, [*left_out, "contact", "damping", "other materials"]
-
-
-def _support_words(support) -> str:
-    """What a support holds."""
-    if support.kind == "clamp":
-        return f"clamp at {support.edge}: all displacements of the face"
-    if support.kind == "symmetry":
-        return f"symmetry at {support.edge}: {support.normal} displacements of the face"
-    place = support.edge or f"corner {support.corner}"
-    where = "everywhere" if support.whole else f"of the {support.over} of {place}"
-    return f"hold: {', '.join(support.components)} displacements {where}"
-
-
-def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
-    """How time or load is stepped."""
-    step, allowed = level.time_step, level.error_per_step
-    if scene.analysis.kind == "modes":
-        return f"the {scene.analysis.count} lowest elastic modes, shift-invert Lanczos iteration"
-    if scene.analysis.kind == "static":
-        return f"statics in load steps of {step:g}"
-    chosen = f" at most, each adding no more than {allowed:g} m of estimated error" if allowed else ""
-    return f"implicit dynamics, {level.integrator}, steps of {step:g} s{chosen}"
-
-
-def _absent(scene: Scene) -> dict[str, bool]:
-    """What a scene may have, and whether this one does."""
-    return {
-        "gravity": _has_gravity(scene),
-        "grooves": bool(scene.grooves),
-        "supports": bool(scene.supports),
-        "initial velocity": scene.initial is not None,
-        "inertia": scene.analysis.kind != "static",
-    }
-
-
-def _has_gravity(scene: Scene) -> bool:
-    """Whether a load needs the mass."""
-    return any(load.kind == "gravity" for load in scene.loads)
 
 
 def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment:

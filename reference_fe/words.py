@@ -1,0 +1,61 @@
+"""What a solve of a scene will model and what it leaves out, in words."""
+
+from __future__ import annotations
+
+from compare.scene import NurbsPatch, ReferenceLevel, Scene
+
+
+def words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
+    """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
+    small = scene.analysis.kind == "modes"
+    strain = "small vibrations about the undeformed one" if small else "total Lagrangian, large rotation and strain"
+    curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
+    modelled = [
+        f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
+        f"St. Venant-Kirchhoff solid, {strain}, exact integration",
+        _marching_words(scene, level),
+        *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
+        *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
+        *(_support_words(support) for support in scene.supports),
+        *(f"{load.kind} load, {'turning with its edge' if load.kind == 'moment' else 'dead'}" for load in scene.loads),
+    ]
+    left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
+    return modelled, [*left_out, "contact", "damping", "other materials"]
+
+
+def _support_words(support) -> str:
+    """What a support holds."""
+    if support.kind == "clamp":
+        return f"clamp at {support.edge}: all displacements of the face"
+    if support.kind == "symmetry":
+        return f"symmetry at {support.edge}: {support.normal} displacements of the face"
+    place = support.edge or f"corner {support.corner}"
+    where = "everywhere" if support.whole else f"of the {support.over} of {place}"
+    return f"hold: {', '.join(support.components)} displacements {where}"
+
+
+def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
+    """How time or load is stepped."""
+    step, allowed = level.time_step, level.error_per_step
+    if scene.analysis.kind == "modes":
+        return f"the {scene.analysis.count} lowest elastic modes, shift-invert Lanczos iteration"
+    if scene.analysis.kind == "static":
+        return f"statics in load steps of {step:g}"
+    chosen = f" at most, each adding no more than {allowed:g} m of estimated error" if allowed else ""
+    return f"implicit dynamics, {level.integrator}, steps of {step:g} s{chosen}"
+
+
+def _absent(scene: Scene) -> dict[str, bool]:
+    """What a scene may have, and whether this one does."""
+    return {
+        "gravity": has_gravity(scene),
+        "grooves": bool(scene.grooves),
+        "supports": bool(scene.supports),
+        "initial velocity": scene.initial is not None,
+        "inertia": scene.analysis.kind != "static",
+    }
+
+
+def has_gravity(scene: Scene) -> bool:
+    """Whether a load needs the mass."""
+    return any(load.kind == "gravity" for load in scene.loads)

@@ -23,6 +23,7 @@ MOST_FACTORS = 15
 MOST_ITERATIONS = 150
 TOLERANCE = 1e-10
 CLOSE = 1e-2
+GRIP = 0.5  # relative change of a node's stiffness by contact that an old factor still serves
 
 
 class NewtonFailure(RuntimeError):
@@ -37,12 +38,14 @@ class NewtonFailure(RuntimeError):
 class Equation:
     """residual(u) -> (n,) in N and tangent(u) -> upper-triangle values (nnz,) at the unknowns u (n,) in m.
 
-    scale: length (m) below which displacements do not matter.
+    scale: length (m) below which displacements do not matter. grip() -> (f,): stiffness of obstacles against the
+    nodes where the residual was last asked for, over that of their inertia; it jumps where contact opens and closes.
     """
 
     residual: Callable[[np.ndarray], np.ndarray]
     tangent: Callable[[np.ndarray], np.ndarray]
     scale: float
+    grip: Callable[[], np.ndarray] | None = None
 
 
 @dataclass
@@ -63,6 +66,7 @@ class Memory:
         default_factory=lambda: dict.fromkeys(("force", "tangent", "factor", "solve"), 0.0)
     )
     stiffness: float = 0.0
+    grip: np.ndarray | None = None
 
     def forget(self) -> None:
         """Let the next iteration form a new tangent."""
@@ -133,8 +137,10 @@ def _iterate(equation: Equation, guess: np.ndarray, memory: Memory) -> np.ndarra
     u, factors, size = guess, 0, math.inf
     residual = _residual(equation, u, memory)
     for _ in range(MOST_ITERATIONS):
-        if not memory.valid:
+        grip = None if equation.grip is None else equation.grip()
+        if not memory.valid or _loosened(memory.grip, grip):
             memory.factorise(equation.tangent, u)
+            memory.grip = grip
             factors += 1
         step = memory.direction(residual)
         u = u + step
@@ -207,6 +213,11 @@ def _too_slow(size: float, last: float, allowed: float) -> bool:
         return False
     rate = size / last
     return rate >= 1 or math.log(allowed / size) / math.log(rate) > PATIENCE
+
+
+def _loosened(old: np.ndarray | None, new: np.ndarray | None) -> bool:
+    """Whether obstacles hold some node so much more or less than when the tangent was formed that it no longer serves."""
+    return new is not None and old is not None and bool(np.any(np.abs(new - old) > GRIP * (1 + old)))
 
 
 def _round_off(memory: Memory, u: np.ndarray) -> float:

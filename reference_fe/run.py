@@ -14,6 +14,8 @@ Readings a solver must choose:
   not listed.
 - Steps divide each output interval evenly and are never longer than the level's time step. With
   error_per_step they are halved and doubled between output times and the corners of the load histories.
+- A point of law "points" is a node of the face. A resultant and a pressure at an output time are the law's at that
+  instant; the motion feels their mean over each step (contact.py), which is what the energies count.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ from pathlib import Path
 
 import numpy as np
 
-from compare.result import OK, Outline, Result
+from compare.result import OK, Contact, Outline, Result
 from compare.scene import Band as SceneBand
 from compare.scene import Profile, ReferenceLevel, Scene, Section
 from reference_fe import dynamics, statics
@@ -101,6 +103,8 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         newton_iterations=model.memory.iterations,
         outline=_outline(model.solid, history.last),
     )
+    if history.contact is not None:
+        found["contact"] = Contact(**history.contact.arrays(model.frame))
     return found, history.facts
 
 
@@ -136,6 +140,7 @@ def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Prog
 class Model:
     """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3)."""
 
+    frame: Frame
     solid: Solid
     system: System
     memory: Memory
@@ -146,13 +151,14 @@ class Model:
 
 @dataclass
 class History:
-    """What a march has recorded so far."""
+    """What a march has recorded so far; contact: an obstacles.Record where the scene has some."""
 
     times: list[float]
     displacement: list[np.ndarray]
     energies: dict[str, list[float]]
     facts: dict[str, float]
     last: np.ndarray
+    contact: object = None
     status: str = OK
     message: str = ""
     steps: int = 0
@@ -173,8 +179,12 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
     elastic = lame(material.youngs_modulus, material.poissons_ratio)
     system = assemble(table, elastic, where, mass, loads, 1e-6 * solid.extent, fixed, moments)
+    if scene.obstacles:
+        from reference_fe.obstacles import contact_of
+
+        system = replace(system, contact=contact_of(scene.obstacles, solid, where))
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
-    return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+    return Model(frame, solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
 
 
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
@@ -182,6 +192,11 @@ def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
     memory = model.memory
     nothing = np.zeros((model.solid.places.shape[1], 3))
     history = History([], [], {"kinetic": [], "strain": [], "external": []}, {}, nothing)
+    if model.system.contact is not None:
+        from reference_fe.obstacles import Record
+
+        history.energies |= {"contact": [], "dissipated": []}
+        history.contact = Record(model.system.contact)
     pace = _pace(scene, level)
     begin, advance = _marching(scene, level, model, pace)
     times = _output_times(scene)
@@ -215,7 +230,8 @@ def _marching(scene: Scene, level: ReferenceLevel, model: Model, pace: Pace | No
             lambda: statics.balance(system, statics.begin(system), 0.0, memory),
             lambda state, time: statics.advance(system, state, time, step, memory),
         )
-    scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
+    trapezoidal = dynamics.TRAPEZOIDAL if system.contact is None else dynamics.MEAN
+    scheme = trapezoidal if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
     if pace:
         return _adaptive_dynamics(scheme, level.error_per_step, model, pace)
     return (
@@ -250,6 +266,9 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
     for kind, values in history.energies.items():
         values.append(getattr(state, kind, 0.0))
+    if history.contact is not None:
+        velocity = getattr(state, "v", np.zeros_like(state.u))
+        history.contact.add(state.touch, full, model.system.expand(velocity))
 
 
 def _output_times(scene: Scene) -> np.ndarray:

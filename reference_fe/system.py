@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix, triu
@@ -13,6 +14,9 @@ from reference_fe.kernel import smallest_volume_ratio
 from reference_fe.linear_solver import direct_solver
 from reference_fe.loads import Moment
 from reference_fe.newton import Memory, NewtonFailure
+
+if TYPE_CHECKING:
+    from reference_fe.contact import Contact, Stretch
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,7 @@ class System:
     """A discretised solid; arrays of the f free nodes, those with a component to move, are (f, 3).
 
     mass: scalar (f, f) in kg, or None in statics; scale: length (m) below which displacements do not matter;
-    fixed: single components held; moments: loads that turn with an edge, in statics.
+    fixed: single components held; moments: loads that turn with an edge, in statics; contact: with obstacles.
     """
 
     table: Table
@@ -44,6 +48,7 @@ class System:
     scale: float
     fixed: Fixed | None = None
     moments: tuple[Moment, ...] = ()
+    contact: Contact | None = None
 
     @property
     def unknowns(self) -> int:
@@ -85,18 +90,35 @@ class System:
             force[self.fixed.mask] = 0.0
         return force
 
+    def pressed(self, stretch: Stretch, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Contact forces (f, 3) in N on the way to u, and the contact's stiffness (f,) in N/m at the nodes."""
+        force, grip = stretch.force(self.expand(u))
+        return self.free(force), grip[self.pattern.free]
+
     def tangent(
-        self, u: np.ndarray, stiffness: float = 1.0, mass: float = 0.0, step: np.ndarray | None = None
+        self,
+        u: np.ndarray,
+        stiffness: float = 1.0,
+        mass: float = 0.0,
+        step: np.ndarray | None = None,
+        stretch: Stretch | None = None,
     ) -> np.ndarray:
-        """Upper-triangle values of stiffness x K(u) + mass x M; with `step` as elasticity.tangent has it."""
+        """Upper-triangle values of stiffness x K(u) + mass x M; with `step` as elasticity.tangent has it.
+
+        stretch: the way to u, on which obstacles press.
+        """
         values = mass * self.mass_values if mass else np.zeros(self.pattern.indices.size)
         change = None if step is None else self.expand(step)
         tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness, change)
+        if stretch is not None:
+            stretch.add_tangent(self.pattern, self.expand(u), values)
         return self._without_fixed(values)
 
-    def tangent_static(self, u: np.ndarray, time: float, step: np.ndarray | None = None) -> np.ndarray:
-        """Upper-triangle values of the derivative of what resists less what turns; `step` as in `tangent`."""
-        values = self.tangent(u, step=step)
+    def tangent_static(
+        self, u: np.ndarray, time: float, step: np.ndarray | None = None, stretch: Stretch | None = None
+    ) -> np.ndarray:
+        """Upper-triangle values of the derivative of what resists less what turns; the rest as in `tangent`."""
+        values = self.tangent(u, step=step, stretch=stretch)
         for moment in self.moments:
             couple(self.pattern, moment.slope, -moment.at(self.expand(u), time)[1], values)
         return self._without_fixed(values)

@@ -47,7 +47,7 @@ from ancf.integrate import SCHEMES, advance, initial_state
 from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
-from ancf.material import from_engineering
+from ancf.material import MooneyRivlin, SaintVenantKirchhoff, from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
@@ -58,7 +58,7 @@ from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
-from ancf.system import Body, System, body, distinct, expected_memory, system
+from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
 from ancf.words import words
 from compare.result import Contact, Outline, Result
 from compare.scene import AncfLevel, Scene
@@ -183,9 +183,9 @@ def _contact(model: Model, history: History) -> Contact:
 
 def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    mesh, material = model.mesh, scene.material
+    mesh, shear = model.mesh, _material(scene).shear
     size = np.linalg.norm(np.ptp(mesh.vectors[mesh.kinds == "r"], axis=0))
-    slow = material.youngs_modulus / material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
+    slow = 2 * shear / scene.material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
     modes = lowest(model.system, scene.analysis.count, slow)
     _tell(progress, 1.0)
     found = dict(
@@ -263,11 +263,13 @@ def build(scene: Scene, level: AncfLevel) -> Model:
 
 
 def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], pointwise: bool = False) -> Model:
-    material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
+    material = _material(scene)
     density = scene.material.density or 0.0
     held = _held(scene, mesh)
     free = free_edges(mesh, held)
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, pointwise, free)
+    volume = level.volumetric or RELAXED
+    integration = level.points, level.integration, pointwise, free, volume
+    plate = body(mesh, bands, scene.thickness, material, density, *integration)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
     dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
@@ -275,6 +277,13 @@ def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], 
     if scene.obstacles:
         acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
     return Model(mesh, bands, plate, acting, np.array(probes))
+
+
+def _material(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
+    stated = scene.material
+    if stated.kind == "svk":
+        return from_engineering(stated.youngs_modulus, stated.poissons_ratio)
+    return MooneyRivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
 
 
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -12,8 +12,9 @@ import scipy.sparse as sp
 from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
+from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form
 from ancf.loads import EdgeMoment, Load
-from ancf.material import SaintVenantKirchhoff
+from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
@@ -26,7 +27,9 @@ ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
-Elements = QuadraticElements | PointElements
+Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
+Material = SaintVenantKirchhoff | MooneyRivlin
+RELAXED, REDUCED, FULL = "relaxed", "reduced", "full"
 MixedTerms = Sequence[tuple[float, Sequence[np.ndarray]]]
 
 
@@ -173,29 +176,40 @@ def body(
     mesh: Mesh,
     bands: Sequence[Band],
     thickness: float,
-    material: SaintVenantKirchhoff,
+    material: Material,
     density: float,
     points: tuple[int, int, int],
     integration: str = "subdomain",
     pointwise: bool = False,
     free: Sequence[str] = (),
+    volumetric: str = RELAXED,
 ) -> Body:
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
     pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
-    free: free edges of the plate, for elements that have a layer there.
+    free: free edges of the plate, for elements that have a layer there; only St. Venant-Kirchhoff ones do.
+    volumetric: RELAXED, REDUCED or FULL, for Mooney-Rivlin material: see `compare.scene.AncfLevel`.
     Raises GeometryError where a groove leaves no material or a reference shape folds, ValueError where
     the points are too few for the element.
     """
-    free = free if mesh.shape.layer is not None and integration == "subdomain" else ()
+    linear = isinstance(material, SaintVenantKirchhoff)
+    free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
     divided = [*bands, *strips(mesh, thickness, free)]
-    parts = [_part(mesh, e, divided, thickness, points, integration, free) for e in first]
+
+    def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
+        return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]
+
+    parts = integrands(points)
     functions = np.array([part.S.shape[1] for part in parts])
     pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
     groups = [_group(mesh, parts, form_of, functions == count) for count in np.unique(functions)]
-    elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
+    if linear:
+        elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
+    else:
+        fewer = integrands(tuple(count - 1 for count in points)) if volumetric == REDUCED else None
+        elements = (_hyperelastic(groups[0], mesh, material, volumetric, fewer),)
     scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
     volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
@@ -216,11 +230,13 @@ class _Group(NamedTuple):
     connectivity: np.ndarray
 
 
-def _part(mesh: Mesh, e: int, bands, thickness: float, points, integration: str, free: Sequence[str]) -> Integrand:
+def _part(
+    mesh: Mesh, e: int, bands, thickness: float, points, integration: str, free: Sequence[str], enhanced: bool
+) -> Integrand:
     """Integrand of an element."""
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
     rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e))
-    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free))
+    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free), enhanced)
 
 
 def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.ndarray) -> _Group:
@@ -237,6 +253,22 @@ def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwi
         return PointElements(tuple(parts[g] for g in form_of), material)
     first = connectivity[np.unique(form_of, return_index=True)[1]]
     return _pre_integrated(parts, material, mesh.vectors[first], form_of, mesh)
+
+
+def _hyperelastic(
+    group: _Group, mesh: Mesh, material: MooneyRivlin, volumetric: str, fewer: Sequence[Integrand] | None
+) -> HyperelasticElements | SplitElements:
+    """Elements of Mooney-Rivlin material. fewer: integrands of the reduced volumetric energy."""
+    shear = SHEAR if mesh.shape.shear is not None and volumetric == RELAXED else 1.0
+
+    def elements(law: MooneyRivlin, parts: Sequence[Integrand]) -> HyperelasticElements:
+        forms = tuple(map(form, parts))
+        return HyperelasticElements(law, forms, group.form_of, volumetric == RELAXED, shear)
+
+    if fewer is None:
+        return elements(material, group.parts)
+    isochoric, only_volume = replace(material, bulk=0.0), replace(material, mu10=0.0, mu01=0.0)
+    return SplitElements(elements(isochoric, group.parts), elements(only_volume, fewer))
 
 
 def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from compare.scene import Band, Load, Scene
+    from compare.scene import Band, Load, Material, Scene
 
 SURFACES = {
     "rectangle": ("rectangle", " m"),
@@ -45,7 +45,7 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     found = [
         ("plate", f"{surface}, {span}{unit}{closed}, {scene.thickness:g} m thick"),
         *bands,
-        ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
+        ("material", f"{_material(material)}{density}"),
         *_supports(scene),
         *[("load", _load(load, second)) for load in scene.loads],
     ]
@@ -58,6 +58,13 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
     found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
+
+
+def _material(material: Material) -> str:
+    if material.kind == "svk":
+        return f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}"
+    constants = f"μ10 {material.mu10:g} Pa, μ01 {material.mu01:g} Pa, k {material.bulk_modulus:g} Pa"
+    return f"{'Mooney-Rivlin' if material.mu01 else 'neo-Hookean'}, {constants}"
 
 
 def _supports(scene: Scene) -> list[tuple[str, str]]:

@@ -27,6 +27,7 @@ from compare.scene_parts import (
     Count,
     Interval,
     Load,
+    Material,
     Number,
     Pair,
     Part,
@@ -151,15 +152,6 @@ class Band(Part):
         return points[0][0], points[-1][0]
 
 
-class Material(Part):
-    """Young's modulus E (Pa), Poisson's ratio nu, density (kg/m3) of a St. Venant-Kirchhoff solid."""
-
-    kind: Literal["svk"]
-    youngs_modulus: Positive
-    poissons_ratio: Number = 0.0
-    density: Positive | None = None
-
-
 class Initial(Part):
     """Rigid initial velocity (m/s) of the undeformed plate at t = 0: v = velocity + angular_velocity x r.
 
@@ -227,6 +219,10 @@ class AncfLevel(Part):
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
+    volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
+    "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
+    bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;
+    "full": not at all.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
     time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
     than the linear response to that increment; modes have none.
@@ -238,6 +234,7 @@ class AncfLevel(Part):
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
+    volumetric: Literal["relaxed", "reduced", "full"] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None
     budget: Budget = "standard"

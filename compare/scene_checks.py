@@ -37,7 +37,8 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
-    checks = (_material, _supports, _obstacles, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
+    checks = (_material, _elements, _supports, _obstacles)
+    checks += timed if scene.analysis.kind != "modes" else (_timeless,)
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
 
@@ -101,7 +102,7 @@ def _empty_region(scene: Scene, key: str, region: Region) -> Iterator[str]:
 
 
 def _material(scene: Scene) -> Iterator[str]:
-    nu, key = scene.material.poissons_ratio, "material.poissons_ratio"
+    nu, key = getattr(scene.material, "poissons_ratio", 0.0), "material.poissons_ratio"
     if nu == 0.5:
         yield f"{key} = 0.5: an incompressible St. Venant-Kirchhoff solid is singular; state -1 < nu < 0.5"
     elif not -1 < nu < 0.5:
@@ -112,6 +113,21 @@ def _material(scene: Scene) -> Iterator[str]:
         reasons += ["gravity"] * any(load.kind == "gravity" for load in scene.loads)
         if reasons:
             yield f"material.density: this key is missing; {' and '.join(reasons)} cannot do without mass"
+
+
+def _elements(scene: Scene) -> Iterator[str]:
+    """What levels state that the material has no use for, or no scheme."""
+    for key, level in _levels(scene):
+        stated = getattr(level, "volumetric", None)
+        if scene.material.kind == "svk":
+            if stated is not None:
+                yield f"{key}.volumetric = {stated!r}: for material.kind = 'mooney-rivlin' alone; leave this out"
+            continue
+        if level.integrator == "energy-momentum":
+            reason = "keeps the energy of an svk solid alone; state 'trapezoidal' or 'generalized-alpha'"
+            yield f"{key}.integrator = 'energy-momentum': {reason}"
+        if getattr(level, "enrich", None) is not None:
+            yield f"{key}.enrich = {level.enrich:g}: its indicator is that of an svk solid; leave this out"
 
 
 def _supports(scene: Scene) -> Iterator[str]:

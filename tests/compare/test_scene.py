@@ -29,7 +29,7 @@ def changed(changes, base=GROOVED):
         elif last == "end":
             place.append(value)
         else:
-            place[int(last) if isinstance(place, list) else last] = value
+            place[int(last) if isinstance(place, list) else last] = copy.deepcopy(value)
     return data
 
 
@@ -255,6 +255,37 @@ CURVES = {
     ),
 }
 
+RUBBER = {"kind": "mooney-rivlin", "mu10": 0.8e6, "mu01": 0.2e6, "bulk_modulus": 3e7, "density": 1100.0}
+RUBBERS = {
+    "no such material": ({"material.kind": "ogden"}, "material.kind = 'ogden': must be one of 'svk', 'mooney-rivlin'"),
+    "constants of another material": (
+        {"material": {**RUBBER, "youngs_modulus": 2e6}},
+        "material.youngs_modulus = 2000000.0: unknown key",
+    ),
+    "no bulk modulus": (
+        {"material": RUBBER, "material.bulk_modulus": GONE},
+        "material.bulk_modulus: this key is missing",
+    ),
+    "no shear": ({"material": {**RUBBER, "mu10": 0.0}}, "material.mu10 = 0.0: must be greater than 0"),
+    "negative second constant": (
+        {"material": {**RUBBER, "mu01": -1.0}},
+        "material.mu01 = -1.0: must be greater than or equal to 0",
+    ),
+    "no mass": (
+        {"material": RUBBER, "material.density": GONE},
+        "material.density: this key is missing; dynamics cannot do without mass",
+    ),
+    "no quadratic form": (
+        {"material": RUBBER, "ancf.levels.0.integrator": "energy-momentum"},
+        "ancf.levels.0.integrator = 'energy-momentum': keeps the energy of an svk solid alone",
+    ),
+    "layers": ({"material": RUBBER, "ancf.levels.0.enrich": 0.9}, "ancf.levels.0.enrich = 0.9: its indicator is that"),
+    "volume of a material without a choice": (
+        {"ancf.levels.0.volumetric": "reduced"},
+        "ancf.levels.0.volumetric = 'reduced': for material.kind = 'mooney-rivlin' alone",
+    ),
+}
+
 REST = {
     "incompressible": (
         {"material.poissons_ratio": 0.5},
@@ -432,7 +463,8 @@ SURFACES = {
 
 
 @pytest.mark.parametrize(
-    "changes, expected", [pytest.param(*case, id=name) for name, case in (KEYS | ACTS | BANDS | CURVES | REST).items()]
+    "changes, expected",
+    [pytest.param(*case, id=name) for name, case in (KEYS | ACTS | BANDS | CURVES | REST | RUBBERS).items()],
 )
 def test_a_wrong_scene_is_refused(changes, expected):
     """One line for one mistake: file, key, value, reason."""

@@ -64,7 +64,7 @@ class LinearSolver:
             return self._sparse(data, upper)
         if upper is not None:
             return self._banded_lu(data, upper)
-        return self._cholesky(data) or self._banded_lu(data, data)
+        return self._cholesky(data) or self._banded_lu(data)
 
     def _cholesky(self, data: np.ndarray) -> Solve | None:
         """None where the matrix is not positive definite."""
@@ -77,17 +77,17 @@ class LinearSolver:
         _require_pivots(factor[0] ** 2)
         return lambda b: lapack.dpbtrs(factor, b, lower=1)[0]
 
-    def _banded_lu(self, data: np.ndarray, upper: np.ndarray) -> Solve:
+    def _banded_lu(self, data: np.ndarray, upper: np.ndarray | None = None) -> Solve:
         k = self.bandwidth
         band = np.zeros((3 * k + 1, self.pattern.n), order="F")
         rows, columns = self.pattern.indices, self._columns
         band[2 * k + rows - columns, columns] = data
-        band[2 * k + columns - rows, rows] = upper
+        band[2 * k + columns - rows, rows] = data if upper is None else upper
         factor, pivots, _ = lapack.dgbtrf(band, k, k, overwrite_ab=1)
         _require_pivots(np.abs(factor[2 * k]))
         return lambda b: lapack.dgbtrs(factor, k, k, b, pivots)[0]
 
-    def _sparse(self, data: np.ndarray, upper: np.ndarray | None) -> Solve:
+    def _sparse(self, data: np.ndarray, upper: np.ndarray | None = None) -> Solve:
         try:
             matrix = self.pattern.full(data, upper)
             return spl.splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve

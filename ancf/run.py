@@ -72,7 +72,7 @@ SAME = 0.01  # of the thickness: edges this near to each other share a grid line
 LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
 LOST_ENERGY = "energy_not_kept"
-LOST = 0.05  # of the energy that has gone through the contact
+LOST = 0.05  # of the energy that moves the plate or has gone into the contact
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now
 Progress = Callable[[float], None] | None
 
@@ -524,9 +524,10 @@ def _record(
 
 
 def _lost(history: History) -> float:
-    """Energy that the steps have made or lost since the start, as a part of the most that has gone into the contact."""
+    """Energy that the steps have made or lost since the start, as a part of the most that there was to lose."""
     through = sum(touch.most for touch in history.touches[-1])
-    return abs(_total(history, -1) - _total(history, 0)) / through if through > 0 else 0.0
+    moving = max(kinetic + strain for kinetic, strain in zip(history.kinetic, history.strain, strict=True))
+    return abs(_total(history, -1) - _total(history, 0)) / max(through, moving) if through > 0 else 0.0
 
 
 def _total(history: History, k: int) -> float:

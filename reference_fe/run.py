@@ -32,7 +32,7 @@ from compare.result import OK, Outline, Result
 from compare.scene import Band as SceneBand
 from compare.scene import NurbsPatch, ReferenceLevel, Scene
 from reference_fe import dynamics, statics
-from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
+from reference_fe.elasticity import Lame, lame, pattern, scalar_mass, tabulate
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
 from reference_fe.geometry import Band, Curve, Interval, MeshError, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
@@ -42,6 +42,7 @@ from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
 from reference_fe.probes import point_weights
+from reference_fe.rubber import MooneyRivlin, mooney_rivlin
 from reference_fe.supports import held
 from reference_fe.surface import Frame, Surface, lengths
 from reference_fe.system import System, assemble
@@ -106,9 +107,9 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
 
 def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    material, points = scene.material, model.solid.mesh.doflocs.T
+    points = model.solid.mesh.doflocs.T
     longest = float(np.linalg.norm(np.ptp(points, axis=0)))
-    slow = material.youngs_modulus * scene.thickness**2 / (material.density * longest**4)  # 1/s2, as a plate's lowest
+    slow = 2 * _material(scene).mu * scene.thickness**2 / (scene.material.density * longest**4)  # 1/s2, as a plate's
     frequencies, shapes, facts, failed = np.empty(0), None, {}, {}
     try:
         modes = vibration(model.system, model.memory.solver, points, scene.analysis.count, slow)
@@ -171,10 +172,17 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
-    elastic = lame(material.youngs_modulus, material.poissons_ratio)
-    system = assemble(table, elastic, where, mass, loads, 1e-6 * solid.extent, fixed, moments)
+    system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments)
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
     return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+
+
+def _material(scene: Scene) -> Lame | MooneyRivlin:
+    """The scene's law."""
+    stated = scene.material
+    if stated.kind == "svk":
+        return lame(stated.youngs_modulus, stated.poissons_ratio)
+    return mooney_rivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
 
 
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:

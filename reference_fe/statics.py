@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from reference_fe.elasticity import Lame
 from reference_fe.newton import Equation, Memory, solve, solve_mixed
 from reference_fe.pace import equal_steps
 from reference_fe.system import System
@@ -49,7 +50,9 @@ def balance(system: System, state: Balance, until: float, memory: Memory) -> Bal
         return system.tangent_static(unknowns.reshape(-1, 3), until, None if step is None else step.reshape(-1, 3))
 
     if np.any(applied != state.applied):
-        near = solve_mixed(residual, tangent, state.u.ravel(), system.scale, memory)
+        near = state.u.ravel()
+        if isinstance(system.material, Lame):
+            near = solve_mixed(residual, tangent, near, system.scale, memory)
         solve(Equation(residual, tangent, system.scale), near, memory)
         system.refuse_inversion(latest["u"])
         applied = dead + system.turning(latest["u"], until)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, triu
 
-from reference_fe.elasticity import Lame, Pattern, Table, couple, internal_force, mass_values, tangent
+from reference_fe.elasticity import Material, Pattern, Table, couple, internal_force, mass_values, tangent
 from reference_fe.kernel import smallest_volume_ratio
 from reference_fe.linear_solver import direct_solver
 from reference_fe.loads import Moment
@@ -36,7 +36,7 @@ class System:
     """
 
     table: Table
-    material: Lame
+    material: Material
     pattern: Pattern
     mass: csr_matrix | None
     mass_values: np.ndarray | None
@@ -137,7 +137,7 @@ class System:
 
 def assemble(
     table: Table,
-    material: Lame,
+    material: Material,
     pattern: Pattern,
     mass: csr_matrix | None,
     loads: Callable,

@@ -213,12 +213,12 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        before = system.loads_total(t) + system.moments_total(q, t)
-        after = system.loads_total(target) + system.moments_total(q, target)
+        before = system.loads_total(t) + system.following_total(q, t)
+        after = system.loads_total(target) + system.following_total(q, target)
         found = correct(system, solver, q, _statics(system, target), least=int(np.any(before != after)))
         iterations += found.iterations
         if found.status == OK:
-            loads = before + system.loads_total(target) + system.moments_total(found.q, target)
+            loads = before + system.loads_total(target) + system.following_total(found.q, target)
             work += float(loads @ (found.q - q)) / 2
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:
@@ -233,9 +233,9 @@ def _statics(system: System, t: float) -> Problem:
     dead = system.loads_total(t)
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
-        return static_balance(system, dead + system.moments_total(q, t), q)
+        return static_balance(system, dead + system.following_total(q, t), q)
 
-    return Problem(balance, lambda q, more: system.tangent_static(q, t))
+    return Problem(balance, lambda q, more: system.tangent_loaded(q, t))
 
 
 def static_balance(system: System, loads: np.ndarray, q: np.ndarray) -> Balance:

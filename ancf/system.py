@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly
+from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form
@@ -17,6 +18,7 @@ from ancf.loads import EdgeMoment, Load
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
+from ancf.pressure import FollowerPressure
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
@@ -83,7 +85,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components, dead loads and moments; q, v, a are components (3 v,), sums over unknowns (u,).
+    """A body with held components and loads, dead and following; q, v, a are (3 v,), sums over unknowns (u,).
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
@@ -96,6 +98,7 @@ class System:
     mass_values: np.ndarray
     lengths: np.ndarray
     moments: tuple[EdgeMoment, ...] = ()
+    pressures: tuple[FollowerPressure, ...] = ()
 
     @property
     def unknowns(self) -> int:
@@ -119,16 +122,28 @@ class System:
             total += load.factor(t) * load.force
         return total
 
-    def moments_total(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Moments that turn with their edges (3 v,) at time t."""
-        return sum((moment.force(q, t) for moment in self.moments), np.zeros_like(q))
+    def following_total(self, q: np.ndarray, t: float) -> np.ndarray:
+        """Loads that follow the motion (3 v,) at time t: moments that turn with their edges, follower pressures."""
+        return sum((load.force(q, t) for load in (*self.moments, *self.pressures)), np.zeros_like(q))
 
-    def tangent_static(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Values (nnz,) of the tangent of the internal force less the loads at time t."""
-        data = self.tangent(q)
+    def force_following(self, q: np.ndarray, t: float) -> np.ndarray:
+        """The same on the unknowns (u,)."""
+        return self.following_total(q, t)[self.assembly.free]
+
+    def tangent_loaded(self, q: np.ndarray, t: float, more: Terms = ()) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force less the loads at time t. more: as in `tangent`."""
+        data = self.tangent(q, more)
         for moment in self.moments:
             couple(self.assembly, moment.row, -moment.stiffness(q, t), data)
+        for pressure in self.pressures:
+            data += self._faces.matrix(pressure.stiffness(q, t))
         return data
+
+    @cached_property
+    def _faces(self) -> Assembly:
+        """Sums over the faces of all elements, in the order of the mesh."""
+        mesh, assembly = self.body.mesh, self.assembly
+        return on_pattern(mesh.connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -335,9 +350,14 @@ def form_bytes(functions: int) -> int:
 
 
 def system(
-    plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float, moments: Sequence[EdgeMoment] = ()
+    plate: Body,
+    held: np.ndarray,
+    loads: Sequence[Load],
+    thickness: float,
+    moments: Sequence[EdgeMoment] = (),
+    pressures: Sequence[FollowerPressure] = (),
 ) -> System:
-    """The body with held components (3 v,), dead loads and moments."""
+    """The body with held components (3 v,), dead loads, moments and follower pressures."""
     coupled = [np.flatnonzero(moment.row) for moment in moments]
     mesh = plate.mesh
     sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held, coupled)
@@ -352,7 +372,7 @@ def system(
         "d_l": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
-    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments))
+    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments), tuple(pressures))
 
 
 def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:

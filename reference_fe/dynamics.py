@@ -58,7 +58,7 @@ def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
     """State at rest position with the velocity (f, 3) in m/s; its acceleration satisfies the balance."""
     u = np.zeros_like(velocity)
     internal, strain = system.internal(u)
-    force = internal - system.applied(time)
+    force = internal - _loads(system, u, time)
     a = -system.solve_mass(force) if np.any(force) else np.zeros_like(u)
     kinetic = 0.5 * float(np.sum(velocity * (system.mass @ velocity)))
     return State(time, u, velocity, a, force, kinetic, strain, 0.0)
@@ -114,7 +114,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     """One step of the scheme to the time `until`. Raises NewtonFailure."""
     h = until - state.time
     alpha_m, alpha_f, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
-    applied = system.applied(until)
+    dead = system.applied(until)
     predicted = state.u + h * state.v + h**2 * (0.5 - beta) * state.a
     known = alpha_m * system.inertia(state.a) + alpha_f * state.force
     latest = {}
@@ -123,11 +123,11 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
         u = unknowns.reshape(-1, 3)
         internal, strain = system.internal(u)
         a = (u - predicted) / (beta * h**2)
-        latest.update(u=u, a=a, force=internal - applied, strain=strain)
+        latest.update(u=u, a=a, force=internal - dead - system.following(u, until), strain=strain)
         return ((1 - alpha_m) * system.inertia(a) + (1 - alpha_f) * latest["force"] + known).ravel()
 
     def tangent(unknowns: np.ndarray) -> np.ndarray:
-        return system.tangent(unknowns.reshape(-1, 3), 1 - alpha_f, (1 - alpha_m) / (beta * h**2))
+        return system.tangent_loaded(unknowns.reshape(-1, 3), until, 1 - alpha_f, (1 - alpha_m) / (beta * h**2))
 
     memory.prepare(h)
     guess = state.u + h * state.v + 0.5 * h**2 * state.a
@@ -135,6 +135,11 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     system.refuse_inversion(latest["u"])
     v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])
     kinetic = 0.5 * float(np.sum(v * (system.mass @ v)))
-    mean = (system.applied(state.time) + applied) / 2
+    mean = (_loads(system, state.u, state.time) + _loads(system, latest["u"], until)) / 2
     external = state.external + float(np.sum(mean * (latest["u"] - state.u)))
     return State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external)
+
+
+def _loads(system: System, u: np.ndarray, time: float) -> np.ndarray:
+    """All loads (f, 3) in N."""
+    return system.applied(time) + system.following(u, time)

@@ -41,6 +41,7 @@ from reference_fe.modes import ModesFailure, vibration
 from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
+from reference_fe.pressure import FollowerPressure, follower_pressure
 from reference_fe.probes import point_weights
 from reference_fe.rubber import MooneyRivlin, mooney_rivlin
 from reference_fe.supports import held
@@ -168,11 +169,11 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
         fixed |= held(solid, *_support(scene, frame, support))
     acting = [_load(scene, frame, solid, load, mass) for load in scene.loads]
     loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
-    moments = tuple(load for load in acting if isinstance(load, Moment))
+    moments, pressures = (tuple(load for load in acting if isinstance(load, k)) for k in (Moment, FollowerPressure))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
-    system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments)
+    system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments, pressures)
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
     return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
 
@@ -388,11 +389,13 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
     }
 
 
-def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment:
+def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment | FollowerPressure:
     """A load of the scene on the nodes."""
     history = np.array(load.history)
     if load.kind == "pressure":
         side = -1 if load.face == "bottom" else 1
+        if load.follower:
+            return follower_pressure(solid, side, scene.thickness / 2, load.pressure, history)
         return Load(load.pressure * pressure_force(solid, side, scene.thickness / 2), history)
     if load.kind == "moment":
         slope = slope_share(solid, *_edge(scene, frame, load.edge))

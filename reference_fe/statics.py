@@ -37,17 +37,18 @@ def advance(system: System, state: Balance, until: float, step: float, memory: M
 def balance(system: System, state: Balance, until: float, memory: Memory) -> Balance:
     """The equilibrium at `until` that Newton reaches from `state`. Raises NewtonFailure."""
     dead = system.applied(until)
-    applied = dead + system.turning(state.u, until)
+    applied = dead + system.following(state.u, until)
     latest = {"u": state.u, "strain": state.strain}
 
     def residual(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
         u = unknowns.reshape(-1, 3)
         internal, strain = system.internal(u, None if step is None else step.reshape(-1, 3))
         latest.update(u=u, strain=strain)
-        return (internal - dead - system.turning(u, until)).ravel()
+        return (internal - dead - system.following(u, until)).ravel()
 
     def tangent(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
-        return system.tangent_static(unknowns.reshape(-1, 3), until, None if step is None else step.reshape(-1, 3))
+        change = None if step is None else step.reshape(-1, 3)
+        return system.tangent_loaded(unknowns.reshape(-1, 3), until, step=change)
 
     if np.any(applied != state.applied):
         near = state.u.ravel()
@@ -55,6 +56,6 @@ def balance(system: System, state: Balance, until: float, memory: Memory) -> Bal
             near = solve_mixed(residual, tangent, near, system.scale, memory)
         solve(Equation(residual, tangent, system.scale), near, memory)
         system.refuse_inversion(latest["u"])
-        applied = dead + system.turning(latest["u"], until)
+        applied = dead + system.following(latest["u"], until)
     external = state.external + 0.5 * float(np.sum((state.applied + applied) * (latest["u"] - state.u)))
     return Balance(until, latest["u"], applied, latest["strain"], external)

@@ -21,6 +21,7 @@ from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
 from compare.table import answer, in_ladders, judgements, percent, quantity, unit
 from compare.verdict import Figure
+from reports.bodies import bodies, named
 from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, limit_errors, scenes
 
 COLUMNS = (
@@ -83,8 +84,9 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
         columns = [c for c in columns if any(rows[i].get(c.key) is not None for i in chosen)]
         shown = [kept[i] for i in chosen]
         notes = [*_judged(scene, [judged[i] for i in chosen]), _timed(shown), *_failed(shown)]
-        blocks.append(Table(caption, columns, [rows[i] for i in chosen], notes))
-    return Section("tables", "All rows", blocks)
+        blocks.append(Table(caption, columns, named([rows[i] for i in chosen], shown), notes))
+    views = bodies(entries)
+    return Section("tables", "All rows", [views, *blocks] if views else blocks)
 
 
 def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:

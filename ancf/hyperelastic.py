@@ -26,12 +26,13 @@ import numpy as np
 from ancf.element import Integrand, Terms
 from ancf.material import MooneyRivlin
 from ancf.packing import DIRECTIONS, SPAN, packing, pairs
-from ancf.relaxation import relaxed, small_matrix
+from ancf.relaxation import relaxed
 from ancf.rubber import VOIGT, Six, State, energy, moduli, state, stress
 
 POINTS = 4096  # points that are computed together
 SHEAR = np.sqrt(5 / 6)
 OF = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # place of (p, r) in VOIGT
+Moduli = dict[tuple[int, int], np.ndarray]  # by the places (m, n), m <= n, in VOIGT
 EVEN = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 ODD = EVEN[3:]
 
@@ -46,6 +47,16 @@ class Form:
     G: np.ndarray
     volume: np.ndarray
     b: np.ndarray
+
+    @cached_property
+    def b_b(self) -> np.ndarray:
+        """b_k b_l (16, q)."""
+        return (self.b[:, None] * self.b).reshape(16, -1)
+
+    @cached_property
+    def G_b(self) -> np.ndarray:
+        """G_ip b_k (3, 4 i, q)."""
+        return np.ascontiguousarray(self.G[:, None] * self.b[:, None]).reshape(3, -1, len(self.volume))
 
     @cached_property
     def even(self) -> np.ndarray:
@@ -95,29 +106,35 @@ class Run:
 
 @dataclass(frozen=True, eq=False)
 class Portion:
-    """Runs that are computed together: volume (points,), b (4, points)."""
+    """Runs that are computed together; volume (points,)."""
 
     runs: tuple[Run, ...]
     volume: np.ndarray
-    b: np.ndarray
 
     @property
     def e(self) -> slice:
         """The elements."""
         return slice(self.runs[0].e.start, self.runs[-1].e.stop)
 
-    def sums(self, values: np.ndarray) -> np.ndarray:
-        """Sums (..., e) over the points of each element of values (..., points)."""
-        return np.concatenate([run.block(values).sum(axis=-2) for run in self.runs], axis=-1)
+    def own(self, run: Run) -> slice:
+        """The elements of a run among those of the portion."""
+        return slice(run.e.start - self.e.start, run.e.stop - self.e.start)
 
-    def spread(self, values: np.ndarray) -> np.ndarray:
-        """Values (..., e) of the elements at their points (..., points)."""
-        first, parts = self.e.start, []
+    def moments(self, values: np.ndarray) -> np.ndarray:
+        """Sums (4, e) of b_k values over the points of each element, values (points,)."""
+        return np.concatenate([run.form.b @ run.block(values) for run in self.runs], axis=1)
+
+    def second_moments(self, values: np.ndarray) -> np.ndarray:
+        """Sums (e, 4, 4) of b_k b_l values."""
+        flat = np.concatenate([run.form.b_b @ run.block(values) for run in self.runs], axis=1)
+        return np.ascontiguousarray(flat.T).reshape(-1, 4, 4)
+
+    def bilinear(self, beta: np.ndarray) -> np.ndarray:
+        """sum_k b_k beta_k (points,) of beta (4, e)."""
+        found = np.empty_like(self.volume)
         for run in self.runs:
-            own = values[..., run.e.start - first : run.e.stop - first]
-            shape = *own.shape[:-1], len(run.form.volume), own.shape[-1]
-            parts.append(np.broadcast_to(own[..., None, :], shape).reshape(*shape[:-2], -1))
-        return np.concatenate(parts, axis=-1)
+            np.matmul(run.form.b.T, beta[:, self.own(run)], out=run.block(found))
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,7 +197,7 @@ class HyperelasticElements:
             C = [own + c * other for own, other in zip(C, _cauchy_green(F_X), strict=True)]
         C[3], C[4] = self.shear * C[3], self.shear * C[4]
         if self.relax:
-            return relaxed(self.material, tuple(C), portion.b, portion.volume, portion.sums, portion.spread)
+            return relaxed(self.material, tuple(C), portion)
         return state(self.material, tuple(C))
 
     def _stress(self, at: State, portion: Portion) -> list[np.ndarray]:
@@ -193,15 +210,12 @@ class HyperelasticElements:
         """Fill the packed tangents (e, 6, m) and (e, 3, c) of a portion."""
         F = self._gradient(Q, portion)
         at = self._state(portion, F, self._more(portion, more))
-        C = moduli(self.material, at)
-        for m, row in enumerate(C):
-            factor = self.shear if m in (3, 4) else 1.0
-            C[m] = [factor * (self.shear if n in (3, 4) else 1.0) * part for n, part in enumerate(row, start=m)]
-        low_rank = self._condense(C, F, portion) if self.relax else None
-        A_even, A_odd = _elasticity(F, self._stress(at, portion), C, portion.volume)
-        first, crossed = portion.e.start, lower.shape[2]
+        C = self._moduli(at, portion.volume)
+        low_rank = _condense(C, F, portion) if self.relax else None
+        A_even, A_odd = _elasticity(F, self._stress(at, portion), C)
+        crossed = lower.shape[2]
         for run in portion.runs:
-            own = slice(run.e.start - first, run.e.stop - first)
+            own = portion.own(run)
             e = own.stop - own.start
             even = run.block(A_even).reshape(6, -1, e).swapaxes(1, 2) @ run.form.even
             odd = run.block(A_odd).reshape(3, -1, e).swapaxes(1, 2) @ run.form.odd
@@ -212,20 +226,16 @@ class HyperelasticElements:
         if low_rank is not None:
             _add_products(low_rank, upper, lower)
 
-    def _condense(self, C: list[list[np.ndarray]], F: np.ndarray, portion: Portion) -> np.ndarray:
-        """Take the normal stress out of the moduli; returns R (e, 4, 3 i), whose R^T R belongs to the tangent."""
-        full = [C[min(m, 2)][abs(m - 2)] for m in range(6)]
-        D = full[2]
-        for m in range(6):
-            for n in range(m, 6):
-                C[m][n - m] = C[m][n - m] - full[m] * full[n] / D
-        weight = portion.volume / D
-        H = small_matrix(portion.b, weight, portion.sums)
-        L = np.stack([_back(portion, F, [b * weight * v for v in full]) for b in portion.b], axis=1)
-        finite = np.isfinite(H).all(axis=(1, 2)) & np.isfinite(L).all(axis=(1, 2, 3))
-        triangle = np.linalg.cholesky(np.where(finite[:, None, None], H, np.eye(len(portion.b))))
-        R = np.linalg.solve(triangle, L.reshape(*L.shape[:2], -1))
-        return np.where(finite[:, None, None], R, np.nan)
+    def _moduli(self, at: State, volume: np.ndarray) -> Moduli:
+        """Moduli dV by the strain of the displacement, in N m."""
+        factors = [self.shear if m in (3, 4) else 1.0 for m in range(6)]
+        rows = moduli(self.material, at)
+        weights = {1.0: volume, self.shear: self.shear * volume, self.shear**2: self.shear**2 * volume}
+        return {
+            (m, n): part * weights[factors[m] * factors[n]]
+            for m, row in enumerate(rows)
+            for n, part in enumerate(row, start=m)
+        }
 
     @cached_property
     def _portions(self) -> tuple[Portion, ...]:
@@ -253,8 +263,7 @@ class HyperelasticElements:
 
 def _portion(runs: list[Run]) -> Portion:
     repeated = [np.repeat(run.form.volume, run.e.stop - run.e.start) for run in runs]
-    b = [np.repeat(run.form.b, run.e.stop - run.e.start, axis=1) for run in runs]
-    return Portion(tuple(runs), np.concatenate(repeated), np.concatenate(b, axis=1))
+    return Portion(tuple(runs), np.concatenate(repeated))
 
 
 def _cauchy_green(F: np.ndarray) -> Six:
@@ -262,47 +271,75 @@ def _cauchy_green(F: np.ndarray) -> Six:
     return tuple(F[0, p] * F[0, r] + F[1, p] * F[1, r] + F[2, p] * F[2, r] for p, r in VOIGT)
 
 
-def _back(portion: Portion, F: np.ndarray, S: Sequence[np.ndarray]) -> np.ndarray:
-    """Forces (e, i, 3) of the stress S (six arrays, with dV) at the points of a portion: G_ip F_ar S_rp."""
+def _pushed(F: np.ndarray, S: Sequence[np.ndarray]) -> np.ndarray:
+    """T_ap = F_ar S_rp (3, 3, points) of six arrays S."""
     T = np.empty_like(F)
     for p in range(3):
-        s = [S[OF[r, p]] for r in range(3)]
         for a in range(3):
-            T[a, p] = F[a, 0] * s[0] + F[a, 1] * s[1] + F[a, 2] * s[2]
+            np.add(F[a, 0] * S[OF[0, p]] + F[a, 1] * S[OF[1, p]], F[a, 2] * S[OF[2, p]], out=T[a, p])
+    return T
+
+
+def _back(portion: Portion, F: np.ndarray, S: Sequence[np.ndarray]) -> np.ndarray:
+    """Forces (e, i, 3) of the stress S (six arrays, with dV) at the points of a portion: G_ip F_ar S_rp."""
+    T = _pushed(F, S)
     found = [np.matmul(run.form.G[None], run.block(T)).sum(axis=1).transpose(2, 1, 0) for run in portion.runs]
     return np.concatenate(found)
 
 
-def _elasticity(
-    F: np.ndarray, S: Sequence[np.ndarray], C: list[list[np.ndarray]], volume: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _condense(C: Moduli, F: np.ndarray, portion: Portion) -> np.ndarray:
+    """Take the normal stress out of the moduli; returns R (e, 4, 3 i), whose R^T R belongs to the tangent."""
+    D = C[2, 2]
+    ratio = [C.pop((min(m, 2), max(m, 2))) for m in range(6)]
+    unit = [part / D for part in ratio]
+    for m, n in C:
+        C[m, n] = C[m, n] - ratio[m] * unit[n]
+    unit[2] = np.ones_like(D)
+    T = _pushed(F, [portion.volume * part for part in unit])
+    H = portion.second_moments(portion.volume**2 / D)
+    L = []
+    for run in portion.runs:
+        product = np.matmul(run.form.G_b[None], run.block(T)).sum(axis=1)
+        L.append(product.reshape(3, 4, -1, product.shape[-1]).transpose(3, 1, 2, 0))
+    L = np.concatenate(L).reshape(len(H), 4, -1)
+    if not (np.isfinite(H).all() and np.isfinite(L).all()):
+        return np.full_like(L, np.nan)
+    return np.linalg.solve(np.linalg.cholesky(H), L)
+
+
+def _elasticity(F: np.ndarray, S: Sequence[np.ndarray], C: Moduli) -> tuple[np.ndarray, np.ndarray]:
     """Even part (6, 6, points) and odd part (3, 3, points) of A for the directions (a, b) of `packing`."""
-    even, odd = np.empty((6, 6, len(volume))), np.empty((3, 3, len(volume)))
-    FC = [
-        [[sum(F[a, r] * _of(C, OF[r, p], n) for r in range(3)) * volume for n in range(6)] for p in range(3)]
+    even, odd = np.empty((6, 6, F.shape[2])), np.empty((3, 3, F.shape[2]))
+    FC = {
+        (a, p, n): _total(F[a, r] * C[key] for r in range(3) if (key := tuple(sorted((OF[r, p], n)))) in C)
         for a in range(3)
-    ]
+        for p in range(3)
+        for n in {m for key in C for m in key}
+    }
 
     def entry(a: int, p: int, b: int, t: int) -> np.ndarray:
-        return sum(FC[a][p][OF[t, s]] * F[b, s] for s in range(3))
+        return _total(FC[key] * F[b, s] for s in range(3) if (key := (a, p, int(OF[t, s]))) in FC)
 
     for k, (a, b) in enumerate(DIRECTIONS):
         for j, (p, t) in enumerate(EVEN):
             one = entry(a, p, b, t)
             if a == b:
-                even[k, j] = one + S[j]
+                np.add(one, S[j], out=even[k, j])
             elif p == t:
                 even[k, j] = one
             else:
                 other = entry(a, t, b, p)
-                even[k, j] = (one + other) / 2
-                odd[k - 3, j - 3] = (one - other) / 2
+                np.multiply(one + other, 0.5, out=even[k, j])
+                np.multiply(one - other, 0.5, out=odd[k - 3, j - 3])
     return even, odd
 
 
-def _of(C: list[list[np.ndarray]], m: int, n: int) -> np.ndarray:
-    """C_mn of a symmetric C stored as its upper triangle."""
-    return C[min(m, n)][abs(m - n)]
+def _total(terms: Iterator[np.ndarray]) -> np.ndarray:
+    """Sum of fresh arrays, in the first of them."""
+    total = next(terms)
+    for term in terms:
+        total += term
+    return total
 
 
 def _add_products(R: np.ndarray, upper: np.ndarray, lower: np.ndarray) -> None:

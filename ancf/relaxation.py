@@ -21,65 +21,67 @@ With f = dU/dQ at fixed beta, the tangent is that of the moduli without the norm
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from ancf.material import MooneyRivlin
-from ancf.rubber import Six, State, state, stress
+from ancf.rubber import Six, State, scalars, state
 
 MOST = 25  # iterations
 CLOSE = 1e-7  # change of e whose square no longer counts
 LEAST = 0.2  # of J^2, that is left by one iteration
 
-Sums = Callable[[np.ndarray], np.ndarray]  # (..., points) -> (..., elements): sums over the points of each element
-Spread = Callable[[np.ndarray], np.ndarray]  # (..., elements) -> (..., points)
+
+class Sums(Protocol):
+    """Points by element, as `hyperelastic.Portion` has them; b_k / |g_z|^2 stands for b."""
+
+    volume: np.ndarray
+
+    def moments(self, values: np.ndarray) -> np.ndarray:
+        """sum b_k values (4, e) of values (points,)."""
+
+    def second_moments(self, values: np.ndarray) -> np.ndarray:
+        """sum b_k b_l values (e, 4, 4)."""
+
+    def bilinear(self, beta: np.ndarray) -> np.ndarray:
+        """sum_k b_k beta_k (points,) of beta (4, e)."""
 
 
-def relaxed(material: MooneyRivlin, C: Six, b: np.ndarray, volume: np.ndarray, sums: Sums, spread: Spread) -> State:
-    """State of the strain with its relaxed part; not a number at the points of an element where there is none.
+def relaxed(material: MooneyRivlin, C: Six, points: Sums) -> State:
+    """State of the strain with its relaxed part; not a number where there is none.
 
-    C: right Cauchy-Green tensor of the displacement, n its third direction. b (4, points): b_k / |g_z|^2.
+    C: right Cauchy-Green tensor of the displacement, n its third direction; det C, I1 and I2 are linear in C33.
     """
-    e, C33 = np.zeros_like(volume), C[2]
+    rest = state(material, C)
+    in_plane, area, e, at = C[0] + C[1], rest.cofactor[2], np.zeros_like(points.volume), rest
     for _ in range(MOST):
-        at = state(material, (C[0], C[1], C33 + 2 * e, *C[3:]))
-        S, D = stress(at)[2], normal_modulus(material, at)
-        weight = volume / D
-        beta = solved(b, weight, sums, sums(b * (weight * S - volume * e)))
-        change = (np.einsum("kq,kq->q", b, spread(beta)) - S) / D
-        least = (LEAST - 1) * at.square / (2 * at.cofactor[2])
-        e = e + np.maximum(change, least)
-        size = np.abs(change)
-        if not size.max() > CLOSE:
-            return state(material, (C[0], C[1], C33 + 2 * e, *C[3:]))
-    lost = spread(sums((size > CLOSE).astype(float))) > 0
-    return state(material, (C[0], C[1], np.where(lost, np.nan, C33 + 2 * e), *C[3:]))
+        inverse = area / at.square
+        S, D = normal_stress(at, in_plane, inverse), normal_modulus(material, at, in_plane, inverse)
+        weight = points.volume / D
+        beta = solved(points.second_moments(weight), points.moments(weight * S - points.volume * e))
+        change = np.maximum((points.bilinear(beta) - S) / D, (LEAST - 1) / 2 / inverse)
+        e += change
+        if not np.abs(change).max() > CLOSE:
+            return state(material, (C[0], C[1], C[2] + 2 * e, *C[3:]))
+        at = at._replace(**scalars(material, rest.I1 + 2 * e, rest.I2 + 2 * in_plane * e, rest.square + 2 * area * e))
+    return state(material, (C[0], C[1], np.full_like(e, np.nan), *C[3:]))
 
 
-def normal_modulus(material: MooneyRivlin, at: State) -> np.ndarray:
+def normal_stress(at: State, in_plane: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """S33; in_plane: C11 + C22, inverse: (C^-1)33."""
+    return 2 * at.f1 + 2 * at.f2 * in_plane + at.s * inverse
+
+
+def normal_modulus(material: MooneyRivlin, at: State, in_plane: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     """D = dS33/dE33."""
-    inverse = at.cofactor[2] / at.square
     c = (4 / 9) * at.f1 * at.I1 + (16 / 9) * at.f2 * at.I2 + material.bulk * (2 * at.square - at.J)
-    in_plane = at.C[0] + at.C[1]  # I1 - C33
     return inverse * ((c - 2 * at.s) * inverse - (8 / 3) * at.f1 - (16 / 3) * at.f2 * in_plane)
 
 
-def small_matrix(b: np.ndarray, weight: np.ndarray, sums: Sums) -> np.ndarray:
-    """H = sum b b^T weight (elements, 4, 4)."""
-    first, second = np.triu_indices(len(b))
-    H = np.empty((sums(weight).shape[-1], len(b), len(b)))
-    H[:, first, second] = H[:, second, first] = sums(b[first] * b[second] * weight).T
-    return H
-
-
-def solved(b: np.ndarray, weight: np.ndarray, sums: Sums, right: np.ndarray) -> np.ndarray:
-    """H^-1 right (4, elements); not a number where H has no inverse."""
-    H = small_matrix(b, weight, sums)
-    finite = np.isfinite(H).all(axis=(1, 2)) & np.isfinite(right).all(axis=0)
-    safe = np.where(finite[:, None, None], H, np.eye(len(b)))
+def solved(H: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """H^-1 right (4, e) of H (e, 4, 4); not a number where H has no inverse."""
     try:
-        x = np.linalg.solve(safe, right.T[..., None])[..., 0]
+        return np.linalg.solve(H, right.T[..., None])[..., 0].T
     except np.linalg.LinAlgError:
         return np.full_like(right, np.nan)
-    return np.where(finite[:, None], x, np.nan).T

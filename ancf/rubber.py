@@ -36,16 +36,17 @@ def state(material: MooneyRivlin, C: Six) -> State:
     K11, K22, K33 = C22 * C33 - C23 * C23, C11 * C33 - C13 * C13, C11 * C22 - C12 * C12
     K23, K13, K12 = C13 * C12 - C11 * C23, C12 * C23 - C22 * C13, C13 * C23 - C33 * C12
     square = C11 * K11 + C12 * K12 + C13 * K13
-    return State(C, (K11, K22, K33, K23, K13, K12), *_scalars(material, C11 + C22 + C33, K11 + K22 + K33, square))
+    scalar = scalars(material, C11 + C22 + C33, K11 + K22 + K33, square)
+    return State(C, (K11, K22, K33, K23, K13, K12), **scalar)
 
 
-def _scalars(material: MooneyRivlin, I1: np.ndarray, I2: np.ndarray, square: np.ndarray) -> tuple[np.ndarray, ...]:
-    """I1, I2, J, J^2, f1, f2 and s."""
+def scalars(material: MooneyRivlin, I1: np.ndarray, I2: np.ndarray, square: np.ndarray) -> dict[str, np.ndarray]:
+    """What of a State depends on I1, I2 and det C alone."""
     J = np.sqrt(square)
     root = np.exp(np.log(square) / -3)  # J^(-2/3)
     f1, f2 = material.mu10 * root, material.mu01 * root * root
     s = (-2 / 3) * f1 * I1 - (4 / 3) * f2 * I2 + material.bulk * (square - J)
-    return I1, I2, J, square, f1, f2, s
+    return dict(I1=I1, I2=I2, J=J, square=square, f1=f1, f2=f2, s=s)
 
 
 def energy(material: MooneyRivlin, at: State) -> np.ndarray:

@@ -54,6 +54,7 @@ from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import Curve, GeometryError, Revolved, Surface, surface_derivatives
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.pressure import FollowerPressure, follower_pressure
 from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
@@ -271,9 +272,10 @@ def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], 
     integration = level.points, level.integration, pointwise, free, volume
     plate = body(mesh, bands, scene.thickness, material, density, *integration)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
-    dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
+    kinds = Load, EdgeMoment, FollowerPressure
+    dead, *following = ([load for load in loads if isinstance(load, kind)] for kind in kinds)
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
-    acting = system(plate, held, dead, scene.thickness, moments)
+    acting = system(plate, held, dead, scene.thickness, *following)
     if scene.obstacles:
         acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
     return Model(mesh, bands, plate, acting, np.array(probes))
@@ -366,11 +368,14 @@ def _side(face: str) -> int:
     return BOTTOM if face == "bottom" else TOP
 
 
-def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment:
+def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment | FollowerPressure:
     if load.kind == "gravity":
         return gravity(plate.mass_row, load.acceleration, load.history)
     if load.kind == "pressure":
-        row = pressure_on_face(mesh, thickness, -1 if load.face == "bottom" else 1)
+        face = -1 if load.face == "bottom" else 1
+        if load.follower:
+            return follower_pressure(mesh, thickness, face, load.pressure, load.history)
+        row = pressure_on_face(mesh, thickness, face)
         return pressure(row, load.pressure, load.history)
     if load.kind == "moment":
         row = slope_through_edge(mesh, bands, thickness, load.edge)
@@ -450,9 +455,10 @@ def _untouched(model: Model) -> tuple[contact.Touch, ...]:
 def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
     """System, range of its load parameter and load step that bring up the loads acting at t = 0."""
     acting = model.system
-    dead, moments = (tuple(brought_up(load, 0.0) for load in loads) for loads in (acting.loads, acting.moments))
-    acts = any(load.factor(1.0) for load in dead + moments)
-    return replace(acting, loads=dead, moments=moments), 0.0, float(acts), level.time_step / scene.analysis.until
+    kinds = "loads", "moments", "pressures"
+    ramps = {kind: tuple(brought_up(load, 0.0) for load in getattr(acting, kind)) for kind in kinds}
+    acts = any(load.factor(1.0) for loads in ramps.values() for load in loads)
+    return replace(acting, **ramps), 0.0, float(acts), level.time_step / scene.analysis.until
 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:

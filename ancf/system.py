@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly
+from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form
@@ -17,6 +18,7 @@ from ancf.loads import EdgeMoment, Load
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
+from ancf.pressure import FollowerPressure
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Band, element_rule, signature
 
@@ -86,7 +88,7 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components, dead loads, moments and what it may touch.
+    """A body with held components, loads, dead and following, and what it may touch.
 
     q, v, a are components (3 v,), sums over unknowns (u,).
 
@@ -101,6 +103,7 @@ class System:
     mass_values: np.ndarray
     lengths: np.ndarray
     moments: tuple[EdgeMoment, ...] = ()
+    pressures: tuple[FollowerPressure, ...] = ()
     contact: Contact | None = None
 
     @property
@@ -125,16 +128,28 @@ class System:
             total += load.factor(t) * load.force
         return total
 
-    def moments_total(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Moments that turn with their edges (3 v,) at time t."""
-        return sum((moment.force(q, t) for moment in self.moments), np.zeros_like(q))
+    def following_total(self, q: np.ndarray, t: float) -> np.ndarray:
+        """Loads that follow the motion (3 v,) at time t: moments that turn with their edges, follower pressures."""
+        return sum((load.force(q, t) for load in (*self.moments, *self.pressures)), np.zeros_like(q))
 
-    def tangent_static(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Values (nnz,) of the tangent of the internal force less the loads at time t."""
-        data = self.tangent(q)
+    def force_following(self, q: np.ndarray, t: float) -> np.ndarray:
+        """The same on the unknowns (u,)."""
+        return self.following_total(q, t)[self.assembly.free]
+
+    def tangent_loaded(self, q: np.ndarray, t: float, more: Terms = ()) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force less the loads at time t. more: as in `tangent`."""
+        data = self.tangent(q, more)
         for moment in self.moments:
             couple(self.assembly, moment.row, -moment.stiffness(q, t), data)
+        for pressure in self.pressures:
+            data += self._faces.matrix(pressure.stiffness(q, t))
         return data
+
+    @cached_property
+    def _faces(self) -> Assembly:
+        """Sums over the faces of all elements, in the order of the mesh."""
+        mesh, assembly = self.body.mesh, self.assembly
+        return on_pattern(mesh.connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -341,9 +356,14 @@ def form_bytes(functions: int) -> int:
 
 
 def system(
-    plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float, moments: Sequence[EdgeMoment] = ()
+    plate: Body,
+    held: np.ndarray,
+    loads: Sequence[Load],
+    thickness: float,
+    moments: Sequence[EdgeMoment] = (),
+    pressures: Sequence[FollowerPressure] = (),
 ) -> System:
-    """The body with held components (3 v,), dead loads and moments."""
+    """The body with held components (3 v,), dead loads, moments and follower pressures."""
     coupled = [np.flatnonzero(moment.row) for moment in moments]
     mesh = plate.mesh
     sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held, coupled)
@@ -358,7 +378,7 @@ def system(
         "d_l": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
-    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments))
+    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments), tuple(pressures))
 
 
 def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:

@@ -94,7 +94,7 @@ def _support_words(support) -> str:
 def _load_words(load) -> str:
     """What a load does."""
     if load.kind == "pressure":
-        return f"pressure on the {load.face} face, dead"
+        return f"pressure on the {load.face} face, {'following it' if load.follower else 'dead'}"
     if load.kind == "moment":
         return f"moment on edge {load.edge} that turns with it"
     return f"{load.kind} load"

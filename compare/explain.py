@@ -100,7 +100,7 @@ def _load(load: Load, second: str) -> str:
         "edge": lambda: f" on {load.edge}",
         "patch": lambda: f" on x {_span(load.region[0])}, y {_span(load.region[1])}",
         "gravity": lambda: "",
-        "pressure": lambda: f" into the {load.face} face, dead",
+        "pressure": lambda: f" into the {load.face} face, {'following it' if load.follower else 'dead'}",
         "moment": lambda: f" on {load.edge}, turning with it",
     }[load.kind]()
     history = load.history

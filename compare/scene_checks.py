@@ -215,8 +215,18 @@ def _pressures_and_moments(scene: Scene) -> Iterator[str]:
             bands = [(key, band) for key, band in all_bands(scene) if band.face == load.face]
             for key, _ in bands[:1]:
                 yield f"loads.{i}.face = {load.face!r}: {key} lies on it; a pressure on a grooved face is not modelled"
+            if load.follower:
+                yield from _follower(scene, i)
         elif load.kind == "moment":
             yield from _moment(scene, i)
+
+
+def _follower(scene: Scene, i: int) -> Iterator[str]:
+    """Schemes that take dead loads alone."""
+    for key, level in _levels(scene):
+        if level.integrator == "energy-momentum":
+            reason = "takes dead loads only; state 'trapezoidal' or 'generalized-alpha'"
+            yield f"{key}.integrator = 'energy-momentum': with loads.{i}.follower it {reason}"
 
 
 def _moment(scene: Scene, i: int) -> Iterator[str]:
@@ -284,6 +294,8 @@ def _path(scene: Scene) -> Iterator[str]:
         yield from _bent(f"loads.{i}.history", load.history, scene.analysis.until)
         if load.kind == "moment":
             yield f"loads.{i}.kind = 'moment': an arc length follows dead loads only; state analysis.follow = 'load'"
+        if getattr(load, "follower", False):
+            yield f"loads.{i}.follower = True: an arc length follows dead loads only; state analysis.follow = 'load'"
     if not any(len({factor for _, factor in load.history}) > 1 for load in scene.loads):
         yield f"{key}: no load grows with the load parameter; state the history of one, [[0, 0], [1, 1]]"
 

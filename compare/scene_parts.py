@@ -121,11 +121,15 @@ class Gravity(Part):
 
 
 class Pressure(Part):
-    """Dead pressure (Pa, positive into the body) on a whole face, by area and normal of the undeformed face."""
+    """Pressure (Pa, positive into the body) on a whole face, by area and normal of the undeformed face: dead.
+
+    follower: by area and normal of the deformed face, as a gas presses.
+    """
 
     kind: Literal["pressure"]
     face: Literal["bottom", "top"]
     pressure: Number
+    follower: bool = False
     history: History = CONSTANT
 
 

@@ -81,7 +81,7 @@ def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
     """State at rest position with the velocity (f, 3) in m/s; its acceleration satisfies the balance."""
     u = np.zeros_like(velocity)
     internal, strain = system.internal(u)
-    force, touch = internal - system.applied(time), None
+    force, touch = internal - _loads(system, u, time), None
     unbalanced = force
     if system.contact is not None:
         touch = system.contact.begin(system.expand(u))
@@ -141,7 +141,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     """One step of the scheme to the time `until`. Raises NewtonFailure."""
     h = until - state.time
     alpha_m, alpha_f, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
-    applied = system.applied(until)
+    dead = system.applied(until)
     predicted = state.u + h * state.v + h**2 * (0.5 - beta) * state.a
     known = alpha_m * system.inertia(state.a) + alpha_f * state.force
     stretch = None if system.contact is None else system.contact.during(state.touch, h, 1 - 2 * alpha_f)
@@ -151,7 +151,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
         u = unknowns.reshape(-1, 3)
         internal, strain = system.internal(u)
         a = (u - predicted) / (beta * h**2)
-        latest.update(u=u, a=a, force=internal - applied, strain=strain)
+        latest.update(u=u, a=a, force=internal - dead - system.following(u, until), strain=strain)
         rest = (1 - alpha_m) * system.inertia(a) + (1 - alpha_f) * latest["force"] + known
         if stretch is not None:
             pressing, latest["grip"] = system.pressed(stretch, u)
@@ -160,7 +160,7 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
 
     def tangent(unknowns: np.ndarray) -> np.ndarray:
         mass = (1 - alpha_m) / (beta * h**2)
-        return system.tangent(unknowns.reshape(-1, 3), 1 - alpha_f, mass, stretch=stretch)
+        return system.tangent_loaded(unknowns.reshape(-1, 3), until, 1 - alpha_f, mass, stretch=stretch)
 
     def grip() -> np.ndarray:
         return latest["grip"] * (beta * h**2 / (1 - alpha_m)) / system.mass.diagonal()
@@ -171,7 +171,12 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     system.refuse_inversion(latest["u"])
     v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])
     kinetic = 0.5 * float(np.sum(v * (system.mass @ v)))
-    mean = (system.applied(state.time) + applied) / 2
+    mean = (_loads(system, state.u, state.time) + _loads(system, latest["u"], until)) / 2
     external = state.external + float(np.sum(mean * (latest["u"] - state.u)))
     touch = None if stretch is None else stretch.settle(system.expand(latest["u"]))
     return State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external, touch)
+
+
+def _loads(system: System, u: np.ndarray, time: float) -> np.ndarray:
+    """All loads (f, 3) in N."""
+    return system.applied(time) + system.following(u, time)

@@ -34,7 +34,7 @@ from compare.result import OK, Contact, Outline, Result
 from compare.scene import Band as SceneBand
 from compare.scene import Profile, ReferenceLevel, Scene, Section
 from reference_fe import dynamics, statics
-from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
+from reference_fe.elasticity import Lame, lame, pattern, scalar_mass, tabulate
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
 from reference_fe.geometry import Band, Curve, Interval, MeshError, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
@@ -43,7 +43,9 @@ from reference_fe.modes import ModesFailure, vibration
 from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
+from reference_fe.pressure import FollowerPressure, follower_pressure
 from reference_fe.probes import point_weights
+from reference_fe.rubber import MooneyRivlin, mooney_rivlin
 from reference_fe.supports import held
 from reference_fe.surface import Frame, Revolved, Surface, lengths
 from reference_fe.system import System, assemble
@@ -110,9 +112,9 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
 
 def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    material, points = scene.material, model.solid.mesh.doflocs.T
+    points = model.solid.mesh.doflocs.T
     longest = float(np.linalg.norm(np.ptp(points, axis=0)))
-    slow = material.youngs_modulus * scene.thickness**2 / (material.density * longest**4)  # 1/s2, as a plate's lowest
+    slow = 2 * _material(scene).mu * scene.thickness**2 / (scene.material.density * longest**4)  # 1/s2, as a plate's
     frequencies, shapes, facts, failed = np.empty(0), None, {}, {}
     try:
         modes = vibration(model.system, model.memory.solver, points, scene.analysis.count, slow)
@@ -173,18 +175,25 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
         fixed |= held(solid, *_support(scene, frame, support))
     acting = [_load(scene, frame, solid, load, mass) for load in scene.loads]
     loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
-    moments = tuple(load for load in acting if isinstance(load, Moment))
+    moments, pressures = (tuple(load for load in acting if isinstance(load, k)) for k in (Moment, FollowerPressure))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
-    elastic = lame(material.youngs_modulus, material.poissons_ratio)
-    system = assemble(table, elastic, where, mass, loads, 1e-6 * solid.extent, fixed, moments)
+    system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments, pressures)
     if scene.obstacles:
         from reference_fe.obstacles import contact_of
 
         system = replace(system, contact=contact_of(scene.obstacles, solid, where))
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
     return Model(frame, solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+
+
+def _material(scene: Scene) -> Lame | MooneyRivlin:
+    """The scene's law."""
+    stated = scene.material
+    if stated.kind == "svk":
+        return lame(stated.youngs_modulus, stated.poissons_ratio)
+    return mooney_rivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
 
 
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
@@ -410,11 +419,13 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
     }
 
 
-def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment:
+def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment | FollowerPressure:
     """A load of the scene on the nodes."""
     history = np.array(load.history)
     if load.kind == "pressure":
         side = -1 if load.face == "bottom" else 1
+        if load.follower:
+            return follower_pressure(solid, side, scene.thickness / 2, load.pressure, history)
         return Load(load.pressure * pressure_force(solid, side, scene.thickness / 2), history)
     if load.kind == "moment":
         slope = slope_share(solid, *_edge(scene, frame, load.edge))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reference_fe.elasticity import Lame
 from reference_fe.newton import Equation, Memory, solve, solve_mixed
 from reference_fe.pace import equal_steps
 from reference_fe.system import System
@@ -55,7 +56,7 @@ def advance(system: System, state: Balance, until: float, step: float, memory: M
 def balance(system: System, state: Balance, until: float, memory: Memory) -> Balance:
     """The equilibrium at `until` that Newton reaches from `state`. Raises NewtonFailure."""
     dead = system.applied(until)
-    applied = dead + system.turning(state.u, until)
+    applied = dead + system.following(state.u, until)
     stretch = None if system.contact is None else system.contact.at_rest(state.touch)
     latest = {"u": state.u, "strain": state.strain}
 
@@ -63,20 +64,22 @@ def balance(system: System, state: Balance, until: float, memory: Memory) -> Bal
         u = unknowns.reshape(-1, 3)
         internal, strain = system.internal(u, None if step is None else step.reshape(-1, 3))
         latest.update(u=u, strain=strain)
-        rest = internal - dead - system.turning(u, until)
+        rest = internal - dead - system.following(u, until)
         if stretch is not None:
             rest -= system.pressed(stretch, u)[0]
         return rest.ravel()
 
     def tangent(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
-        last = None if step is None else step.reshape(-1, 3)
-        return system.tangent_static(unknowns.reshape(-1, 3), until, last, stretch)
+        change = None if step is None else step.reshape(-1, 3)
+        return system.tangent_loaded(unknowns.reshape(-1, 3), until, step=change, stretch=stretch)
 
     if stretch is not None or np.any(applied != state.applied):
-        near = solve_mixed(residual, tangent, state.u.ravel(), system.scale, memory)
+        near = state.u.ravel()
+        if isinstance(system.material, Lame):
+            near = solve_mixed(residual, tangent, near, system.scale, memory)
         solve(Equation(residual, tangent, system.scale), near, memory)
         system.refuse_inversion(latest["u"])
-        applied = dead + system.turning(latest["u"], until)
+        applied = dead + system.following(latest["u"], until)
     external = state.external + 0.5 * float(np.sum((state.applied + applied) * (latest["u"] - state.u)))
     touch = None if stretch is None else stretch.settle(system.expand(latest["u"]))
     return Balance(until, latest["u"], applied, latest["strain"], external, touch)

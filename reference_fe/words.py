@@ -14,15 +14,30 @@ def words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
     curved = CURVED.get(scene.surface.kind, "") + (", closed at its seam" if scene.surface.closed else "")
     modelled = [
         f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
-        f"St. Venant-Kirchhoff solid, {strain}, exact integration",
+        f"{_material_words(scene)}, {strain}",
         _marching_words(scene, level),
         *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
         *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
         *(_support_words(support) for support in scene.supports),
-        *(f"{load.kind} load, {'turning with its edge' if load.kind == 'moment' else 'dead'}" for load in scene.loads),
+        *(f"{load.kind} load, {_following(load)}" for load in scene.loads),
     ]
     left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
     return modelled, [*left_out, "contact", "damping", "other materials"]
+
+
+def _material_words(scene: Scene) -> str:
+    """The law and how it is integrated."""
+    if scene.material.kind == "svk":
+        return "St. Venant-Kirchhoff solid, exact integration"
+    law = "Mooney-Rivlin" if scene.material.mu01 else "neo-Hookean"
+    return f"{law} solid; bulk modulus above 20 shear moduli acts on the mean volume of each tetrahedron"
+
+
+def _following(load) -> str:
+    """Whether a load follows the motion."""
+    if load.kind == "moment":
+        return "turning with its edge"
+    return "following its face" if getattr(load, "follower", False) else "dead"
 
 
 def _support_words(support) -> str:

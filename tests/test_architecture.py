@@ -33,6 +33,7 @@ ANCF_ORDER = (
     "supports",
     "functional",
     "loads",
+    "pressure",
     "obstacle",
     "face",
     "contact",

@@ -280,6 +280,13 @@ RUBBERS = {
         "ancf.levels.0.integrator = 'energy-momentum': keeps the energy of an svk solid alone",
     ),
     "layers": ({"material": RUBBER, "ancf.levels.0.enrich": 0.9}, "ancf.levels.0.enrich = 0.9: its indicator is that"),
+    "energy of a load that follows": (
+        {
+            "loads.0": {"kind": "pressure", "face": "top", "pressure": 3.0, "follower": True},
+            "ancf.levels.0.integrator": "energy-momentum",
+        },
+        "ancf.levels.0.integrator = 'energy-momentum': with loads.0.follower it takes dead loads only",
+    ),
     "volume of a material without a choice": (
         {"ancf.levels.0.volumetric": "reduced"},
         "ancf.levels.0.volumetric = 'reduced': for material.kind = 'mooney-rivlin' alone",

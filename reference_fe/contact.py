@@ -103,7 +103,7 @@ def face(solid: Solid, where: Pattern, side: int, law: str = "pressure", degree:
         raise MeshError("face_missing", f"no facet of the mesh lies on the {'bottom' if side < 0 else 'top'} face")
     basis = FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=degree)
     box = FacetBasis(solid.box, ElementTetP2(), facets=facets, intorder=degree).global_coordinates()
-    values = np.array([shape[0].value for shape in basis.basis]).transpose(1, 2, 0)  # (f, q, 10)
+    values = np.array([np.asarray(shape[0]) for shape in basis.basis]).transpose(1, 2, 0)  # (f, q, 10)
     local = np.argsort(-np.abs(values).max(axis=1), axis=1, kind="stable")[:, :6]  # the others vanish on the facet
     row = np.arange(facets.size)[:, None]
     nodes = np.ascontiguousarray(basis.element_dofs.T[row, local].astype(np.int64))

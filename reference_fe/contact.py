@@ -212,11 +212,19 @@ class Stretch:
     path: tuple[float, float, float]
 
     def force(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean nodal forces (n, 3) in N up to the displacement (n, 3), and the contact's stiffness (n,) at the nodes."""
+        """Mean nodal forces (n, 3) in N up to the displacement (n, 3), and the contact's stiffness (n,) at nodes."""
         force, grip = np.zeros_like(displacement), np.zeros(displacement.shape[0])
         for obstacle, before, slip in self._parts():
             contact_kernel.add_force(
-                obstacle.body, obstacle.law.numbers, self.path, *obstacle.points, before, slip, displacement, force, grip
+                obstacle.body,
+                obstacle.law.numbers,
+                self.path,
+                *obstacle.points,
+                before,
+                slip,
+                displacement,
+                force,
+                grip,
             )
         return force, grip
 

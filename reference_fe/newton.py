@@ -238,7 +238,7 @@ def _shortened(
 
 
 def _loosened(old: np.ndarray | None, new: np.ndarray | None) -> bool:
-    """Whether obstacles hold some node so much more or less than when the tangent was formed that it no longer serves."""
+    """Whether obstacles hold some node so much more or less than when the tangent was formed that it is of no use."""
     return new is not None and old is not None and bool(np.any(np.abs(new - old) > GRIP * (1 + old)))
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -113,7 +111,15 @@ def test_the_mean_pressure_is_the_law_s_along_the_way(law, start):
     """Against the law summed over 20,000 points of the way, for ways in, out, through and beside."""
     k, c = law
     path, numbers = (1e3, start, 0.0), (k, c, 0.0, k, c)
-    for d0, d1 in [(-1e-3, 2e-3), (2e-3, -1e-3), (1e-3, 2e-3), (2e-3, 1.9e-3), (2e-3, 0.5e-3), (1e-3, 1e-3), (-2e-3, 0)]:
+    for d0, d1 in [
+        (-1e-3, 2e-3),
+        (2e-3, -1e-3),
+        (1e-3, 2e-3),
+        (2e-3, 1.9e-3),
+        (2e-3, 0.5e-3),
+        (1e-3, 1e-3),
+        (-2e-3, 0),
+    ]:
         s = start + (1 - start) * (np.arange(20_000) + 0.5) / 20_000
         d, rate = d0 + s * (d1 - d0), 1e3 * (d1 - d0)
         mean = np.where(d > 0, np.maximum(0.0, k * d + c * rate), 0.0).mean()

@@ -116,7 +116,7 @@ def bar(integrator):
         surface={"kind": "rectangle", "length": 0.1, "width": 0.1},
         thickness=1.0,
         material={"kind": "svk", "youngs_modulus": 1e9, "density": 1000.0},
-        probes=[],
+        probes=[{"name": "P", "at": [0.05, 0.05, 0.0]}],
     )
     return solved(scene, size=0.1, integrator=integrator)
 

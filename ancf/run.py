@@ -61,7 +61,7 @@ from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
 from ancf.words import words
-from compare.result import Contact, Outline, Result
+from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
@@ -104,6 +104,7 @@ class History:
     iterations: int = 0
     factorisations: int = 0
     status: str = OK
+    shots: Shots = field(default_factory=Shots)
 
 
 @BLAS.wrap(limits=1, user_api="blas")
@@ -152,7 +153,7 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         message=_message(history),
         steps=history.steps,
         newton_iterations=history.iterations,
-        outline=_outline(scene, model, q),
+        outline=_outline(scene, model, q, shots=history.shots),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
     if scene.obstacles:
@@ -232,15 +233,26 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
     )
 
 
-def _outline(scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = ()) -> Outline:
+def _outline(
+    scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = (), shots: Shots | None = None
+) -> Outline:
     """The surface of the nodal vectors q; shapes of vibration (k, 3 v) are scaled to the largest displacement 1."""
-    surface = facets(model.mesh, model.bands, scene.thickness)
-    moved = q.reshape(-1, 3) - model.mesh.vectors
-    fields = [model.mesh.vectors, moved, *(shape.reshape(-1, 3) for shape in shapes)]
+    surface, vectors = facets(model.mesh, model.bands, scene.thickness), model.mesh.vectors
+    states = [] if shots is None else shots.states
+    fields = [vectors, q.reshape(-1, 3) - vectors, *(shape.reshape(-1, 3) for shape in shapes)]
+    fields += [state.reshape(-1, 3) - vectors for state in states]
     placed = (rows(model.mesh, surface) @ np.hstack(fields)).reshape(-1, len(fields), 3)
-    reference, displacement, *modes = placed.swapaxes(0, 1)
-    scaled = np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None
-    return Outline(reference, displacement, surface.triangles, surface.edges, scaled)
+    reference, displacement, *others = placed.swapaxes(0, 1)
+    modes, path = others[: len(shapes)], others[len(shapes) :]
+    return Outline(
+        reference,
+        displacement,
+        surface.triangles,
+        surface.edges,
+        modes=np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None,
+        path=np.array(path, np.float32) if path else None,
+        path_index=np.array(shots.index) if path else None,
+    )
 
 
 def _message(history: History) -> str:
@@ -527,6 +539,7 @@ def _record(
     history.strain.append(strain)
     history.external.append(work)
     history.touches.append(touches)
+    history.shots.take(len(history.times) - 1, q)
 
 
 def _lost(history: History) -> float:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from compare.scene import Scene
-    from compare.study import Entry
+    from compare.study import Entry, Unit
 
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 OUT = Path("reports/build")
-OK, REFUSED, WRONG, INTERRUPTED = 0, 1, 2, 130
+OK, REFUSED, WRONG, UNWRITTEN, INTERRUPTED = 0, 1, 2, 3, 130
 ALONE = {"companions": [], "study": "scene", "published": None}  # a shipped scene whose physics was changed
 
 DESCRIPTION = """\
@@ -38,13 +38,15 @@ examples:
   groovecheck run my_plate.toml --solver ancf    a scene of your own, one solver
   groovecheck run cantilever --set thickness=0.06 --set grooves.0.depth=0.02
   groovecheck table cantilever --format json > rows.json
+  groovecheck compare my_plate.toml abaqus.csv --name Abaqus    another code's answers beside both
   groovecheck check cantilever                   compare with the accepted values
   groovecheck accept cantilever --reason "exact rule for row 5"
 
 exit codes:
   0    done
   1    the gate refused, or a unit of the study failed (its row carries the reason)
-  2    wrong scene or wrong usage; nothing was computed
+  2    wrong scene, file or usage; nothing was computed
+  3    a file could not be read or written (full disk, folder without permission); finished results are kept
   130  interrupted; finished results are kept and reused"""
 
 
@@ -64,6 +66,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return REFUSED
+    except OSError as error:
+        where = error.filename2 or error.filename
+        print(f"groovecheck: {f'{where}: ' if where else ''}{error.strerror or error}", file=sys.stderr)
+        return UNWRITTEN
     except ValueError as error:
         if not isinstance(error, _user_errors()):
             raise
@@ -72,10 +78,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _user_errors() -> tuple[type[Exception], ...]:
+    from compare.export import ExportError as NotExported
+    from compare.external.exported import ExportError
     from compare.gate import BaselineError
     from compare.scene import SceneError
 
-    return UsageError, SceneError, BaselineError
+    return UsageError, SceneError, BaselineError, ExportError, NotExported
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -100,12 +108,39 @@ def _parser() -> argparse.ArgumentParser:
     )
     _working(run)
 
+    compare = _add(commands, "compare", _compare, "put the exported answers of another code beside both solvers")
+    compare.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="CSV (h,value[,seconds]) or a mesh with a displacement field",
+    )
+    compare.add_argument("--name", required=True, metavar="SOLVER", help="what the other code is called")
+    compare.add_argument(
+        "--h", type=float, action="append", metavar="METRES", help="element length of a field (its mean edge)"
+    )
+    compare.add_argument("--field", metavar="NAME", help="name of the displacement in a mesh file")
+    _budget(compare)
+    _working(compare)
+
     table = _add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
-    table.add_argument("--format", choices=("md", "csv", "json"), default="md", help="default: md")
+    table.add_argument("--format", choices=("md", "tex", "csv", "json"), default="md", help="default: md")
     _budget(table)
     _working(table)
 
+    export = _add(commands, "export", _export, "write the surface of a level with its displacement, for ParaView")
+    export.add_argument("file", type=Path, metavar="FILE", help="name that ends with .vtu, .vtk or .xdmf")
+    export.add_argument("--solver", choices=SOLVERS, default="ancf", help="whose level (ancf)")
+    export.add_argument("--level", metavar="NAME", help="4x4 or h=0.1 (default: the finest of the budget)")
+    _budget(export)
+    _working(export)
+
     check = _add(commands, "check", _check, "compare a quick run with the accepted values; exit 1 names what moved")
+    check.add_argument("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML")
+    check.add_argument(
+        "--summary", type=Path, metavar="FILE", help="append the verdict as Markdown ($GITHUB_STEP_SUMMARY)"
+    )
     _working(check)
 
     accept = _add(commands, "accept", _accept, "make the values of a quick run the accepted ones")
@@ -151,16 +186,21 @@ def _count(text: str) -> int:
 
 def _run(options: argparse.Namespace) -> int:
     scenes = _changed(_with_companions(options.scene), options.set)
-    entries, rows = _solved(scenes, options, options.budget, options.solver)
+    others = () if options.solver else _third_solvers(scenes, options.budget)
+    entries, rows = _solved(scenes, options, options.budget, options.solver, others)
     _print_table(rows)
     _say_failures(entries)
-    study = f"reports.{scenes[0].study}"
-    if importlib.util.find_spec(study) is None:
-        print(f"no page: {study} does not exist", file=sys.stderr)
-    else:
-        page = importlib.import_module(study).publish(scenes[0], entries, rows, options.out)
-        print(f"page: {page}")
+    _print_page(scenes[0], entries, rows, options.out)
     return OK if all(entry.ok for entry in entries) else REFUSED
+
+
+def _print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], folder: Path) -> None:
+    """Publish the page of the scene's exhibit and say where it is; a scene may name an exhibit that is not there."""
+    module = _exhibit(scene)
+    if module is None:
+        print(f"no page: reports.{scene.study} does not exist", file=sys.stderr)
+    else:
+        print(f"page: {module.publish(scene, entries, rows, folder)}")
 
 
 def _table(options: argparse.Namespace) -> int:
@@ -173,12 +213,13 @@ def _table(options: argparse.Namespace) -> int:
 
 
 def _check(options: argparse.Namespace) -> int:
-    from compare import gate
+    from compare import ci, gate
 
     scenes = _with_companions(options.scene, as_named=True)
     baseline = gate.read(_baseline(scenes[0]))
     entries, rows = _solved(scenes, options, "quick")
     verdict = gate.check(rows, baseline)
+    ci.write(verdict, scenes[0].name, options.junit, options.summary)
     print("\n".join(gate.lines(verdict)))
     _say_failures(entries)
     if verdict.passed:
@@ -187,6 +228,27 @@ def _check(options: argparse.Namespace) -> int:
     refused = [margin.row for margin in verdict.margins if margin.refused]
     print(f"{scenes[0].name}: the gate refuses {len(refused)} rows: " + "; ".join(refused), file=sys.stderr)
     return REFUSED
+
+
+def _export(options: argparse.Namespace) -> int:
+    from compare import export, study
+
+    scene = _with_companions(options.scene)[0]
+    levels = scene.ladder(options.solver, options.budget)
+    if options.level:
+        levels = [level for level in levels if study.level_name(level) == options.level]
+    if not levels:
+        named = ", ".join(dict.fromkeys(map(study.level_name, scene.ladder(options.solver)))) or "none"
+        raise UsageError(f"no such level of {options.solver} within the budget {options.budget}; the scene has {named}")
+    unit = study.unit(scene, None, options.solver, SOLVERS[options.solver], levels[-1])
+    folder = _writable(options.out / "results")
+    (entry,) = study.solve([unit], folder, reuse=not options.fresh)
+    if not entry.ok:
+        _say_failures([entry])
+        return REFUSED
+    export.write(entry.result, options.file)
+    print(f"{study.label(entry)}: {options.file}")
+    return OK
 
 
 def _accept(options: argparse.Namespace) -> int:
@@ -280,10 +342,51 @@ def _setting(text: str) -> tuple[str, Any]:
         return key, value
 
 
+def _compare(options: argparse.Namespace) -> int:
+    from compare.external import exported
+    from compare.table import rows
+
+    sizes = options.h or [None] * len(options.files)
+    if len(sizes) != len(options.files):
+        raise UsageError(f"--h was given {len(sizes)} times for {len(options.files)} files")
+    scenes = _with_companions(options.scene)
+    read = [
+        entry
+        for path, h in zip(options.files, sizes, strict=True)
+        for entry in exported.entries(scenes[0], path, options.name, h, options.field)
+    ]
+    lengths = [entry.result.h for entry in read]
+    if len(set(lengths)) < len(lengths):
+        raise UsageError(f"two levels of equal h: {sorted(lengths)}; give other lengths (--h)")
+    entries, _ = _solved(scenes, options, options.budget)
+    entries += sorted(read, key=lambda entry: -entry.result.h)
+    table = rows(entries)
+    _print_table(table)
+    _say_failures(entries)
+    _print_page(scenes[0], entries, table, options.out)
+    return OK if all(entry.ok for entry in entries) else REFUSED
+
+
+def _exhibit(scene: Scene) -> Any:
+    """The module that publishes a scene, None where it names one that does not exist."""
+    study = f"reports.{scene.study}"
+    module = importlib.import_module(study) if importlib.util.find_spec(study) else None
+    return module if hasattr(module, "publish") else None
+
+
+def _third_solvers(scenes: list[Scene], budget: str) -> Sequence[Unit]:
+    """Units of codes that nobody here wrote, where the scene's exhibit wants them and they are installed."""
+    return getattr(_exhibit(scenes[0]), "third_solvers", lambda *_: ())(scenes, budget)
+
+
 def _solved(
-    scenes: list[Scene], options: argparse.Namespace, budget: str, solver: str | None = None
+    scenes: list[Scene],
+    options: argparse.Namespace,
+    budget: str,
+    solver: str | None = None,
+    others: Sequence[Unit] = (),
 ) -> tuple[list[Entry], list[dict[str, Any]]]:
-    """Entries and rows of a study of the scenes by one solver or all of them, progress on standard error."""
+    """Entries and rows of the scenes by one solver or all, and of other units; progress on standard error."""
     solvers = {solver: SOLVERS[solver]} if solver else SOLVERS
     for scene in scenes:
         if not any(scene.ladder(solver, budget) for solver in solvers):
@@ -292,7 +395,8 @@ def _solved(
 
     folder = _writable(options.out / "results")
     with progress.shown() as report:
-        entries = study.run(scenes, solvers, budget, folder, options.jobs, report, reuse=not options.fresh)
+        units = [*study.plan(scenes, solvers, budget), *others]
+        entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh)
     fresh = len({entry.key for entry in entries if entry.fresh})
     print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
     return entries, table.rows(entries)

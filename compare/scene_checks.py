@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, pairwise
 
@@ -26,6 +27,7 @@ LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy
 
 def problems(scene: Scene) -> Iterator[str]:
     """Problems of the scene but for its variants, each as "key = value: reason"."""
+    yield from _file_names(scene)
     yield from _repeated_names(scene)
     surface = list(surface_problems(scene))
     yield from surface
@@ -41,6 +43,14 @@ def problems(scene: Scene) -> Iterator[str]:
     checks += timed if scene.analysis.kind != "modes" else (_timeless,)
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
+
+
+def _file_names(scene: Scene) -> Iterator[str]:
+    """Names that become files and modules: nothing in them may lead elsewhere."""
+    if not re.fullmatch(r"\w[\w .+-]{0,99}", scene.name):
+        yield f"name = {scene.name!r}: it names files; use 1 to 100 letters, digits, spaces and _ . + -, no . first"
+    if not scene.study.isidentifier():
+        yield f"study = {scene.study!r}: not the name of an exhibit"
 
 
 def _repeated_names(scene: Scene) -> Iterator[str]:

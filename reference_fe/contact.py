@@ -103,7 +103,7 @@ def face(solid: Solid, where: Pattern, side: int, law: str = "pressure", degree:
         raise MeshError("face_missing", f"no facet of the mesh lies on the {'bottom' if side < 0 else 'top'} face")
     basis = FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=degree)
     box = FacetBasis(solid.box, ElementTetP2(), facets=facets, intorder=degree).global_coordinates()
-    values = np.array([shape[0].value for shape in basis.basis]).transpose(1, 2, 0)  # (f, q, 10)
+    values = np.array([np.asarray(shape[0]) for shape in basis.basis]).transpose(1, 2, 0)  # (f, q, 10)
     local = np.argsort(-np.abs(values).max(axis=1), axis=1, kind="stable")[:, :6]  # the others vanish on the facet
     row = np.arange(facets.size)[:, None]
     nodes = np.ascontiguousarray(basis.element_dofs.T[row, local].astype(np.int64))
@@ -212,11 +212,19 @@ class Stretch:
     path: tuple[float, float, float]
 
     def force(self, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean nodal forces (n, 3) in N up to the displacement (n, 3), and the contact's stiffness (n,) at the nodes."""
+        """Mean nodal forces (n, 3) in N up to the displacement (n, 3), and the contact's stiffness (n,) at nodes."""
         force, grip = np.zeros_like(displacement), np.zeros(displacement.shape[0])
         for obstacle, before, slip in self._parts():
             contact_kernel.add_force(
-                obstacle.body, obstacle.law.numbers, self.path, *obstacle.points, before, slip, displacement, force, grip
+                obstacle.body,
+                obstacle.law.numbers,
+                self.path,
+                *obstacle.points,
+                before,
+                slip,
+                displacement,
+                force,
+                grip,
             )
         return force, grip
 

@@ -23,6 +23,8 @@ MOST_FACTORS = 15
 MOST_ITERATIONS = 150
 TOLERANCE = 1e-10
 CLOSE = 1e-2
+FAR = 1e3  # of the allowed error: a step as long that raises the residual throws contact open or shut
+HALVINGS = 4  # of such a step
 GRIP = 0.5  # relative change of a node's stiffness by contact that an old factor still serves
 
 
@@ -139,15 +141,22 @@ def _iterate(equation: Equation, guess: np.ndarray, memory: Memory) -> np.ndarra
     for _ in range(MOST_ITERATIONS):
         grip = None if equation.grip is None else equation.grip()
         if not memory.valid or _loosened(memory.grip, grip):
+            if factors == MOST_FACTORS:
+                break
             memory.factorise(equation.tangent, u)
             memory.grip = grip
             factors += 1
         step = memory.direction(residual)
-        u = u + step
-        old, residual = residual, _residual(equation, u, memory)
+        old, residual = residual, _residual(equation, u + step, memory)
         memory.iterations += 1
         last, size = size, float(np.abs(step).max())
-        allowed = TOLERANCE * max(float(np.abs(u).max()), equation.scale)
+        allowed = TOLERANCE * max(float(np.abs(u + step).max()), equation.scale)
+        if equation.grip is not None and size > FAR * allowed and np.linalg.norm(residual) > np.linalg.norm(old):
+            u, residual = _shortened(equation, u, step, old, memory)
+            size = math.inf
+            memory.forget()
+            continue
+        u = u + step
         if _settled(size, last, allowed) or np.linalg.norm(residual) <= _round_off(memory, u):
             return u
         memory.learn(step, residual - old)
@@ -215,8 +224,21 @@ def _too_slow(size: float, last: float, allowed: float) -> bool:
     return rate >= 1 or math.log(allowed / size) / math.log(rate) > PATIENCE
 
 
+def _shortened(
+    equation: Equation, u: np.ndarray, step: np.ndarray, old: np.ndarray, memory: Memory
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the step (n,) from u leads if it is halved until the residual falls, at most HALVINGS times, and the
+    residual there (n,); `old` is that at u."""
+    for k in range(1, HALVINGS + 1):
+        there = u + step / 2**k
+        new = _residual(equation, there, memory)
+        if np.linalg.norm(new) <= np.linalg.norm(old):
+            break
+    return there, new
+
+
 def _loosened(old: np.ndarray | None, new: np.ndarray | None) -> bool:
-    """Whether obstacles hold some node so much more or less than when the tangent was formed that it no longer serves."""
+    """Whether obstacles hold some node so much more or less than when the tangent was formed that it is of no use."""
     return new is not None and old is not None and bool(np.any(np.abs(new - old) > GRIP * (1 + old)))
 
 

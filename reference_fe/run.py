@@ -24,13 +24,13 @@ import resource
 import sys
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from compare.result import OK, Contact, Outline, Result
+from compare.result import OK, Contact, Outline, Result, Shots
 from compare.scene import Band as SceneBand
 from compare.scene import Profile, ReferenceLevel, Scene, Section
 from reference_fe import dynamics, statics
@@ -103,7 +103,7 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         message=history.message,
         steps=history.steps,
         newton_iterations=model.memory.iterations,
-        outline=_outline(model.solid, history.last),
+        outline=_outline(model.solid, history.last, shots=history.shots),
     )
     if history.contact is not None:
         found["contact"] = Contact(**history.contact.arrays(model.frame))
@@ -164,6 +164,7 @@ class History:
     status: str = OK
     message: str = ""
     steps: int = 0
+    shots: Shots = field(default_factory=Shots)
 
 
 def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
@@ -272,6 +273,7 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
     """Append one output time."""
     full = history.last = model.system.expand(state.u)
     history.times.append(state.time)
+    history.shots.take(len(history.times) - 1, full)
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
     for kind, values in history.energies.items():
         values.append(getattr(state, kind, 0.0))
@@ -492,13 +494,17 @@ def _facts(model: Model) -> dict[str, float]:
     return facts if model.mass is None else {**facts, "mass": model.mass}
 
 
-def _outline(solid: Solid, displacement: np.ndarray, shapes: np.ndarray | None = None) -> Outline:
+def _outline(
+    solid: Solid, displacement: np.ndarray, shapes: np.ndarray | None = None, shots: Shots | None = None
+) -> Outline:
     """The surface with the displacement (n, 3) of all nodes; shapes (k, n, 3) are scaled to the largest size 1."""
     nodes, triangles, edges = surface_triangles(solid)
-    modes = None
+    modes = path = index = None
     if shapes is not None:
         modes = shapes[:, nodes] / np.linalg.norm(shapes[:, nodes], axis=2).max(axis=1)[:, None, None]
-    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes)
+    if shots is not None and shots.states:
+        path, index = np.array([state[nodes] for state in shots.states], np.float32), np.array(shots.index)
+    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes, path, index)
 
 
 def _peak_mb() -> float:

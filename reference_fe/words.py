@@ -20,9 +20,10 @@ def words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
         *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
         *(_support_words(support) for support in scene.supports),
         *(f"{load.kind} load, {_following(load)}" for load in scene.loads),
+        *(_obstacle_words(obstacle) for obstacle in scene.obstacles),
     ]
     left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
-    return modelled, [*left_out, "contact", "damping", "other materials"]
+    return modelled, [*left_out, "damping of the material"]
 
 
 def _material_words(scene: Scene) -> str:
@@ -51,6 +52,13 @@ def _support_words(support) -> str:
     return f"hold: {', '.join(support.components)} displacements {where}"
 
 
+def _obstacle_words(obstacle) -> str:
+    """What the plate may touch, and how."""
+    friction = f", Coulomb friction {obstacle.friction:g}" if obstacle.friction else ""
+    where = "integrated over the true face" if obstacle.law == "pressure" else "at the nodes of the face"
+    return f"contact of the {obstacle.face} with the {obstacle.shape.kind} {obstacle.name}: penalty {where}{friction}"
+
+
 def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
     """How time or load is stepped."""
     step, allowed = level.time_step, level.error_per_step
@@ -68,6 +76,7 @@ def _absent(scene: Scene) -> dict[str, bool]:
         "gravity": has_gravity(scene),
         "grooves": bool(scene.grooves),
         "supports": bool(scene.supports),
+        "contact": bool(scene.obstacles),
         "initial velocity": scene.initial is not None,
         "inertia": scene.analysis.kind != "static",
     }

@@ -142,7 +142,7 @@ OWNERS = {
     "vtkmodules": {"compare.figures"},
     "gmsh": "reference_fe",
     "skfem": "reference_fe",
-    "meshio": "reference_fe",
+    "meshio": {"reference_fe.mesh", "compare.external.exported", "compare.export"},
     "pypardiso": "reference_fe",
     "pymetis": "reference_fe",
     "numba": "reference_fe",

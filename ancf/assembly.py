@@ -167,6 +167,11 @@ def _assembly(connectivity: np.ndarray, free: np.ndarray, unknown_of: np.ndarray
     return Assembly(connectivity, unknown_of, free, pattern, targets)
 
 
+def on_pattern(connectivity: np.ndarray, free: np.ndarray, unknown_of: np.ndarray, pattern: Pattern) -> Assembly:
+    """Assembly of further elements on a pattern that has all their entries."""
+    return _assembly(connectivity, free, unknown_of, pattern.keys)
+
+
 def _entries(connectivity: np.ndarray, unknown_of: np.ndarray, coupled: Sequence[np.ndarray]) -> np.ndarray:
     """Sorted distinct keys column n + row of the entries with row >= column."""
     n = int(unknown_of.max()) + 1

@@ -101,7 +101,7 @@ class Step(NamedTuple):
 
 def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.ndarray) -> State:
     """State at t = 0 with accelerations from M a = F(0) - f(q). Raises SingularMatrix without mass."""
-    force, touches = system.force_internal(q) - system.force_external(0.0), ()
+    force, touches = system.force_internal(q) - system.force_external(0.0) - system.force_following(q, 0.0), ()
     if system.contact is not None:
         meeting = system.contact.at_end(q, system.contact.untouched(), v, 0.0, 0.0)
         force, touches = force - meeting.force_contact(q)[system.assembly.free], meeting.touched(q)
@@ -122,7 +122,7 @@ def step(
     if isinstance(scheme, EnergyMomentum):
         return _conserving_step(system, solver, state, dt, factor)
     alpha_m, alpha_f, beta, gamma, _ = scheme
-    external = system.force_external(state.t + dt)
+    t, dead = state.t + dt, system.force_external(state.t + dt)
     inertial = (1 - alpha_m) / (beta * dt**2)
     drift = state.q + dt * state.v + dt**2 * (0.5 - beta) * state.a
     force, floor = state.force, _floor(system, state.q, inertial)
@@ -132,14 +132,14 @@ def step(
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
         nonlocal force
-        internal = system.force_internal(q, more)
+        internal, external = system.force_internal(q, more), dead + system.force_following(q, t)
         force = internal - external
         inertia = system.inertia((1 - alpha_m) * acceleration(q) + alpha_m * state.a)
         residual = -(inertia + (1 - alpha_f) * force + alpha_f * state.force)
         return Balance(residual, max(floor, *(TOLERANCE * system.norm(x) for x in (external, internal, inertia))))
 
     def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
-        return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q, more)
+        return inertial * system.mass_values + (1 - alpha_f) * system.tangent_loaded(q, t, more)
 
     problem, guess, meeting = Problem(balance, jacobian), drift + beta * dt**2 * state.a, None
     if system.contact is not None:
@@ -216,13 +216,18 @@ def _taken(
     if found.status != OK:
         return Step(state, found.status, found.iterations, found.factorisations, None)
     t = state.t + dt
-    loads = (system.loads_total(state.t) + system.loads_total(t)) / 2
+    loads = (_loads(system, state.q, state.t) + _loads(system, found.q, t)) / 2
     work, touches = state.work + float(loads @ (found.q - state.q)), ()
     if meeting is not None:
         touches = meeting.touched(found.q)
         force = force - meeting.force_contact(found.q)[system.assembly.free]
     after = State(t, found.q, v, a, force, work, touches)
     return Step(after, OK, found.iterations, found.factorisations, found.factor)
+
+
+def _loads(system: System, q: np.ndarray, t: float) -> np.ndarray:
+    """All loads (3 v,) at time t."""
+    return system.loads_total(t) + system.following_total(q, t)
 
 
 class Motion(NamedTuple):

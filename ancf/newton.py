@@ -321,8 +321,8 @@ def equilibrium(
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        before = system.loads_total(t) + system.moments_total(q, t)
-        after = system.loads_total(target) + system.moments_total(q, target)
+        before = system.loads_total(t) + system.following_total(q, t)
+        after = system.loads_total(target) + system.following_total(q, target)
         problem, least = _statics(system, target), int(np.any(before != after))
         if system.contact is None:
             found = correct(system, solver, q, problem, least=least)
@@ -331,7 +331,7 @@ def equilibrium(
             found = correct_searching(system, solver, q, with_contact(system, problem, meeting), least=least)
         iterations += found.iterations
         if found.status == OK:
-            loads = before + system.loads_total(target) + system.moments_total(found.q, target)
+            loads = before + system.loads_total(target) + system.following_total(found.q, target)
             work += float(loads @ (found.q - q)) / 2
             touches = touches if system.contact is None else meeting.touched(found.q)
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
@@ -347,9 +347,9 @@ def _statics(system: System, t: float) -> Problem:
     dead = system.loads_total(t)
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
-        return static_balance(system, dead + system.moments_total(q, t), q)
+        return static_balance(system, dead + system.following_total(q, t), q)
 
-    return Problem(balance, lambda q, more: system.tangent_static(q, t))
+    return Problem(balance, lambda q, more: system.tangent_loaded(q, t))
 
 
 def static_balance(system: System, loads: np.ndarray, q: np.ndarray) -> Balance:

@@ -47,20 +47,21 @@ from ancf.integrate import SCHEMES, advance, initial_state
 from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
-from ancf.material import from_engineering
+from ancf.material import MooneyRivlin, SaintVenantKirchhoff, from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
-from ancf.nurbs import Curve, GeometryError, Surface, surface_derivatives
+from ancf.nurbs import Curve, GeometryError, Revolved, Surface, surface_derivatives
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.pressure import FollowerPressure, follower_pressure
 from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
-from ancf.system import Body, System, body, distinct, expected_memory, system
+from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
 from ancf.words import words
-from compare.result import Contact, Outline, Result
+from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
 from compare.scene import Band as SceneBand
 
@@ -103,6 +104,7 @@ class History:
     iterations: int = 0
     factorisations: int = 0
     status: str = OK
+    shots: Shots = field(default_factory=Shots)
 
 
 @BLAS.wrap(limits=1, user_api="blas")
@@ -151,7 +153,7 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         message=_message(history),
         steps=history.steps,
         newton_iterations=history.iterations,
-        outline=_outline(scene, model, q),
+        outline=_outline(scene, model, q, shots=history.shots),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
     if scene.obstacles:
@@ -183,9 +185,9 @@ def _contact(model: Model, history: History) -> Contact:
 
 def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    mesh, material = model.mesh, scene.material
+    mesh, shear = model.mesh, _material(scene).shear
     size = np.linalg.norm(np.ptp(mesh.vectors[mesh.kinds == "r"], axis=0))
-    slow = material.youngs_modulus / material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
+    slow = 2 * shear / scene.material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
     modes = lowest(model.system, scene.analysis.count, slow)
     _tell(progress, 1.0)
     found = dict(
@@ -231,15 +233,26 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
     )
 
 
-def _outline(scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = ()) -> Outline:
+def _outline(
+    scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = (), shots: Shots | None = None
+) -> Outline:
     """The surface of the nodal vectors q; shapes of vibration (k, 3 v) are scaled to the largest displacement 1."""
-    surface = facets(model.mesh, model.bands, scene.thickness)
-    moved = q.reshape(-1, 3) - model.mesh.vectors
-    fields = [model.mesh.vectors, moved, *(shape.reshape(-1, 3) for shape in shapes)]
+    surface, vectors = facets(model.mesh, model.bands, scene.thickness), model.mesh.vectors
+    states = [] if shots is None else shots.states
+    fields = [vectors, q.reshape(-1, 3) - vectors, *(shape.reshape(-1, 3) for shape in shapes)]
+    fields += [state.reshape(-1, 3) - vectors for state in states]
     placed = (rows(model.mesh, surface) @ np.hstack(fields)).reshape(-1, len(fields), 3)
-    reference, displacement, *modes = placed.swapaxes(0, 1)
-    scaled = np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None
-    return Outline(reference, displacement, surface.triangles, surface.edges, scaled)
+    reference, displacement, *others = placed.swapaxes(0, 1)
+    modes, path = others[: len(shapes)], others[len(shapes) :]
+    return Outline(
+        reference,
+        displacement,
+        surface.triangles,
+        surface.edges,
+        modes=np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None,
+        path=np.array(path, np.float32) if path else None,
+        path_index=np.array(shots.index) if path else None,
+    )
 
 
 def _message(history: History) -> str:
@@ -263,29 +276,48 @@ def build(scene: Scene, level: AncfLevel) -> Model:
 
 
 def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], pointwise: bool = False) -> Model:
-    material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
+    material = _material(scene)
     density = scene.material.density or 0.0
     held = _held(scene, mesh)
     free = free_edges(mesh, held)
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, pointwise, free)
+    volume = level.volumetric or RELAXED
+    integration = level.points, level.integration, pointwise, free, volume
+    plate = body(mesh, bands, scene.thickness, material, density, *integration)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
-    dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
+    kinds = Load, EdgeMoment, FollowerPressure
+    dead, *following = ([load for load in loads if isinstance(load, kind)] for kind in kinds)
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
-    acting = system(plate, held, dead, scene.thickness, moments)
+    acting = system(plate, held, dead, scene.thickness, *following)
     if scene.obstacles:
         acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
     return Model(mesh, bands, plate, acting, np.array(probes))
 
 
+def _material(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
+    stated = scene.material
+    if stated.kind == "svk":
+        return from_engineering(stated.youngs_modulus, stated.poissons_ratio)
+    return MooneyRivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
+
+
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
-    surface = None
-    if scene.surface.kind == "nurbs":
-        patch = scene.surface
-        surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
-    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element])
+    surface = _surface(scene)
+    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
 
 
-def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[np.ndarray]:
+def _surface(scene: Scene) -> Surface | Revolved | None:
+    """The mid-surface, None where it is flat."""
+    stated = scene.surface
+    if stated.kind == "nurbs":
+        return Surface(stated.degree, stated.knots, stated.control_points, stated.weights)
+    if stated.kind == "revolved":
+        section = stated.section
+        curve = Curve(section.degree, section.knots, section.control_points, section.weights)
+        return Revolved(curve, "XYZ".index(stated.axis))
+    return None
+
+
+def _lines(scene: Scene, level: AncfLevel, surface: Surface | Revolved | None) -> Iterator[np.ndarray]:
     """Grid lines of each axis."""
     for axis, (span, count) in enumerate(zip(scene.surface.span, level.mesh, strict=True)):
         if level.fit is None:
@@ -297,7 +329,7 @@ def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[
             yield fitted(span, count, band_edges(_bands(scene), axis), beside, SAME * unit)
 
 
-def _length(scene: Scene, surface: Surface, axis: int) -> float:
+def _length(scene: Scene, surface: Surface | Revolved, axis: int) -> float:
     """Length (m) of the surface's middle line along an axis."""
     spans = scene.surface.span
     at = [np.full(LENGTH_POINTS, np.mean(span)) for span in spans]
@@ -348,11 +380,14 @@ def _side(face: str) -> int:
     return BOTTOM if face == "bottom" else TOP
 
 
-def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment:
+def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment | FollowerPressure:
     if load.kind == "gravity":
         return gravity(plate.mass_row, load.acceleration, load.history)
     if load.kind == "pressure":
-        row = pressure_on_face(mesh, thickness, -1 if load.face == "bottom" else 1)
+        face = -1 if load.face == "bottom" else 1
+        if load.follower:
+            return follower_pressure(mesh, thickness, face, load.pressure, load.history)
+        row = pressure_on_face(mesh, thickness, face)
         return pressure(row, load.pressure, load.history)
     if load.kind == "moment":
         row = slope_through_edge(mesh, bands, thickness, load.edge)
@@ -432,9 +467,10 @@ def _untouched(model: Model) -> tuple[contact.Touch, ...]:
 def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
     """System, range of its load parameter and load step that bring up the loads acting at t = 0."""
     acting = model.system
-    dead, moments = (tuple(brought_up(load, 0.0) for load in loads) for loads in (acting.loads, acting.moments))
-    acts = any(load.factor(1.0) for load in dead + moments)
-    return replace(acting, loads=dead, moments=moments), 0.0, float(acts), level.time_step / scene.analysis.until
+    kinds = "loads", "moments", "pressures"
+    ramps = {kind: tuple(brought_up(load, 0.0) for load in getattr(acting, kind)) for kind in kinds}
+    acts = any(load.factor(1.0) for loads in ramps.values() for load in loads)
+    return replace(acting, **ramps), 0.0, float(acts), level.time_step / scene.analysis.until
 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
@@ -503,6 +539,7 @@ def _record(
     history.strain.append(strain)
     history.external.append(work)
     history.touches.append(touches)
+    history.shots.take(len(history.times) - 1, q)
 
 
 def _lost(history: History) -> float:

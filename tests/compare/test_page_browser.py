@@ -77,7 +77,8 @@ def tried(page, folder, script, size="1200,900", options=()):
 def test_a_header_sorts_and_words_filter(page, tmp_path):
     """Numbers sort by their full value, rows without one stay last, a filter hides the rows without its words."""
     script = """
-    const box = [...document.querySelectorAll('.box')].find((b) => b.getAttribute('aria-label').startsWith('Cantilever plate w'));
+    const named = (box) => box.getAttribute('aria-label').startsWith('Cantilever plate w');
+    const box = [...document.querySelectorAll('.box')].find(named);
     const table = box.querySelector('table'), head = [...table.tHead.rows].at(-1).cells;
     const column = [...head].findIndex((cell) => cell.textContent.startsWith('height'));
     const values = () => [...table.tBodies[0].rows].filter((row) => !row.hidden)
@@ -126,7 +127,8 @@ def test_a_plot_tells_values_and_hides_a_series(page, tmp_path):
     const figure = svg.closest('figure'), said = figure.querySelector('.tip').textContent;
     const marker = svg.querySelector(`[data-series="${line.id}"] use`).getBoundingClientRect();
     figure.querySelector('.switches button').click();
-    return { said, label: line.label, apart: Math.hypot(marker.x + marker.width / 2 - at.x, marker.y + marker.height / 2 - at.y),
+    const apart = [marker.x + marker.width / 2 - at.x, marker.y + marker.height / 2 - at.y];
+    return { said, label: line.label, apart: Math.hypot(...apart),
       hidden: getComputedStyle(svg.querySelector(`[data-series="${line.id}"]`)).display };"""
     found = tried(page, tmp_path, script)
     assert found["said"].startswith(found["label"] + ": ") and found["hidden"] == "none"
@@ -184,7 +186,8 @@ CONTRAST = """
     for (const element of document.querySelectorAll('body *')) {
       const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
       if (!own || element.closest('script, dialog, svg') || !element.getClientRects().length) continue;
-      const style = getComputedStyle(element), [one, two] = [luminance(numbers(style.color)), luminance(behind(element))];
+      const style = getComputedStyle(element);
+      const [one, two] = [luminance(numbers(style.color)), luminance(behind(element))];
       const ratio = (Math.max(one, two) + 0.05) / (Math.min(one, two) + 0.05), size = parseFloat(style.fontSize);
       seen += 1;
       if (ratio < (size >= 24 || (size >= 18.66 && style.fontWeight >= 700) ? 3 : 4.5))

@@ -36,6 +36,7 @@ ANCF_ORDER = (
     "pressure",
     "obstacle",
     "face",
+    "contact_law",
     "contact",
     "system",
     "refine",

@@ -4,16 +4,8 @@ import numpy as np
 import pytest
 
 from ancf import obstacle
-from ancf.contact import (
-    Contact,
-    Law,
-    Motion,
-    Pair,
-    friction,
-    part_inside,
-    pressure_at_end,
-    pressure_in_mean,
-)
+from ancf.contact import Contact, Pair
+from ancf.contact_law import Law, Motion, friction, part_inside, pressure_at_end, pressure_in_mean
 from ancf.face import face
 from ancf.nurbs import Curve
 from ancf.subdomain import BOTTOM, GROOVE, TOP, Band

@@ -242,6 +242,6 @@ import sys
 sys.path.insert(0, "tests/ancf")
 from test_contact_motion import plate
 assert plate(analysis={"until": 0.1}).contact is None
-assert not {"ancf.contact", "ancf.face", "ancf.obstacle"} & set(sys.modules)
+assert not {"ancf.contact", "ancf.contact_law", "ancf.face", "ancf.obstacle"} & set(sys.modules)
 """
     subprocess.run([sys.executable, "-c", script], check=True, timeout=60)

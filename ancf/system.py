@@ -12,6 +12,7 @@ import scipy.sparse as sp
 from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
+from ancf.layer import wall_strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
@@ -184,7 +185,7 @@ def body(
     free = free if mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
-    divided = [*bands, *strips(mesh, thickness, free)]
+    divided = [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
     parts = [_part(mesh, e, divided, thickness, points, integration, free) for e in first]
     functions = np.array([part.S.shape[1] for part in parts])
     pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES

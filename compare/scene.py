@@ -187,7 +187,8 @@ class AncfLevel(Part):
     fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
-    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
+    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain. On grid lines
+    that are walls of grooves it may take functions that fade out from them.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
     time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
     than the linear response to that increment; modes have none.

@@ -12,6 +12,7 @@ from ancf.nurbs import GeometryError, Surface, crease, surface_derivatives, unit
 from ancf.shape import CONFORMING, CORNERS, EDGES, Plate
 
 Cell = tuple[tuple[float, float], tuple[float, float]]
+HAIR = 1e-9  # of the plate's side
 
 
 class Special(NamedTuple):
@@ -84,6 +85,14 @@ class Mesh:
         (i, j), last = self.corners[element], (len(self.x_lines) - 2, len(self.y_lines) - 2)
         touched = {"x0": i == 0, "x1": i == last[0], "y0": j == 0, "y1": j == last[1]}
         return tuple(edge for edge, touches in touched.items() if touches)
+
+    def inward(self, x: float, y: float) -> tuple[float, float]:
+        """The parameters (x, y), from an edge of the plate moved inside by a hair."""
+        ends = ((lines[0], lines[-1]) for lines in (self.x_lines, self.y_lines))
+        hairs = ((low, high, HAIR * (high - low)) for low, high in ends)
+        return tuple(
+            float(np.clip(v, low + hair, high - hair)) for v, (low, high, hair) in zip((x, y), hairs, strict=True)
+        )
 
     def locate(self, x: float, y: float) -> int:
         """Element that contains the parameters (x, y). Raises ValueError outside the mesh."""

@@ -20,6 +20,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from compare.scene_errors import SceneError, describe
+from compare.scene_outline import Outlined
 from compare.scene_parts import (
     Count,
     Interval,
@@ -110,6 +111,12 @@ class Band(Part):
             return self.across
         points = self.profile.control_points
         return points[0][0], points[-1][0]
+
+
+Feature = Annotated[
+    Annotated[Band, Tag("band")] | Annotated[Outlined, Tag("outlined")],
+    Discriminator(lambda value: "outlined" if _has(value, "outline") else "band"),
+]
 
 
 class Material(Part):
@@ -297,8 +304,8 @@ class Scene(Part):
     companions: tuple[str, ...] = ()
     surface: Surface
     thickness: Positive
-    grooves: tuple[Band, ...] = ()
-    protrusions: tuple[Band, ...] = ()
+    grooves: tuple[Feature, ...] = ()
+    protrusions: tuple[Feature, ...] = ()
     material: Material
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()

@@ -8,7 +8,20 @@ from typing import Any
 from pydantic import ValidationError
 
 SHOWN = 60
-TAGS = {"rectangle", "nurbs", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
+TAGS = {
+    "rectangle",
+    "nurbs",
+    "point",
+    "edge",
+    "patch",
+    "gravity",
+    "pressure",
+    "moment",
+    "at",
+    "region",
+    "band",
+    "outlined",
+}
 TAGS |= {"clamp", "hold", "symmetry"}
 TAGS |= {"dynamic", "static", "modes"}
 LADDERS = {"ancf", "reference"}

@@ -35,6 +35,8 @@ from compare.scene_parts import (
     Vector,
     exactly,
 )
+from compare.treads import PREFIX, Tread
+from compare.treads import grooves as tread_grooves
 
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
@@ -293,7 +295,10 @@ class Sensitivity(Part):
 
 
 class Scene(Part):
-    """The whole question. See the module's docstring for coordinates and units."""
+    """The whole question. See the module's docstring for coordinates and units.
+
+    grooves: those stated, and after them those of the tread, whose names begin with "tread ".
+    """
 
     schema_version: Literal[1] = SCHEMA
     name: str
@@ -306,6 +311,7 @@ class Scene(Part):
     thickness: Positive
     grooves: tuple[Feature, ...] = ()
     protrusions: tuple[Feature, ...] = ()
+    tread: Tread | None = None
     material: Material
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
@@ -325,7 +331,18 @@ class Scene(Part):
 
     def physics(self) -> dict[str, Any]:
         """The scene as plain JSON values without what no solver reads: titles, ladders, published values."""
-        unread = {"title", "source", "assumed", "study", "companions", "ancf", "reference", "published", "sensitivity"}
+        unread = {
+            "title",
+            "tread",
+            "source",
+            "assumed",
+            "study",
+            "companions",
+            "ancf",
+            "reference",
+            "published",
+            "sensitivity",
+        }
         return self.model_dump(mode="json", exclude=unread)
 
     def override(self, changes: dict[str, Any], name: str | None = None) -> Scene:
@@ -336,6 +353,8 @@ class Scene(Part):
         """
         data = self.model_dump(mode="json", exclude_defaults=True)
         data = {**data, "name": name or self.name}
+        if self.tread is not None:
+            data["grooves"] = [band for band in data["grooves"] if not band["name"].startswith(PREFIX)]
         try:
             for key, value in changes.items():
                 _set(data, key, value)
@@ -380,6 +399,12 @@ def _validated(data: dict[str, Any], origin: str) -> Scene:
         scene = Scene.model_validate(data)
     except ValidationError as error:
         raise SceneError([f"{origin}: {problem}" for problem in describe(error, data)]) from error
+    if scene.tread is not None:
+        taken = (f"grooves.{i}.name = {band.name!r}: a tread's grooves have such names; state another"
+                 for i, band in enumerate(scene.grooves) if band.name.startswith(PREFIX))  # fmt: skip
+        _refuse(origin, taken)
+        stated = [*data.get("grooves", ()), *tread_grooves(scene.tread, scene.surface.span)]
+        scene = Scene.model_validate({**data, "grooves": stated})
     _refuse(origin, problems(scene))
     return scene
 

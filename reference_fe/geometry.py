@@ -16,6 +16,7 @@ from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 Interval = tuple[float, float]
 
@@ -112,10 +113,14 @@ class Outlined:
         return np.array([points[0] for points, _, _ in self.pieces()])
 
     def pieces(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Control points, weights and flat knots of the parts between knots of full multiplicity."""
-        curve = self.outline
-        parts = _between_creases(curve.knots, curve.degree)
-        return [(curve.points[own], curve.weights[own], knots) for own, knots in parts]
+        """Control points, weights and flat knots of the parts between knots, where OCC integrates best."""
+        curve, p = self.outline, self.outline.degree
+        spline = BSpline(curve.knots, np.column_stack([curve.points * curve.weights[:, None], curve.weights]), p)
+        for knot in np.unique(curve.knots)[1:-1]:
+            if missing := p - np.count_nonzero(curve.knots == knot):
+                spline = spline.insert_knot(knot, missing)
+        points, weights = spline.c[:, :2] / spline.c[:, 2:], spline.c[:, 2]
+        return [(points[own], weights[own], knots) for own, knots in _between_creases(spline.t, p)]
 
 
 Feature = Band | Outlined

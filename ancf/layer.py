@@ -31,7 +31,7 @@ import numpy as np
 from ancf.free_edge import DECAY, fading, strip
 from ancf.mesh import Mesh, Special
 from ancf.shape import Plate, ShapeValues
-from ancf.subdomain import GROOVE, Band, division, thickness_range
+from ancf.subdomain import GROOVE, Band, Feature, Outlined, division, face_rule, thickness_range
 
 DIRECTOR = ("r_z", "d_e")
 KIND = "d_l"
@@ -131,7 +131,7 @@ class Layered:
         return S * e[:, None], N_p
 
 
-def layer_vectors(mesh: Mesh, bands: Sequence[Band], thickness: float) -> list[LayerVector]:
+def layer_vectors(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> list[LayerVector]:
     """Every layer vector the bands give reason for: each floor at each vector of the director, walls at those on it."""
     directors = np.flatnonzero(np.isin(mesh.kinds, DIRECTOR))
     throughs = dict.fromkeys(_through(band, thickness) for band in bands)
@@ -144,9 +144,9 @@ def layer_vectors(mesh: Mesh, bands: Sequence[Band], thickness: float) -> list[L
     return list(found)
 
 
-def _walls(mesh: Mesh, band: Band, thickness: float) -> Iterator[tuple[int, float, float]]:
+def _walls(mesh: Mesh, band: Feature, thickness: float) -> Iterator[tuple[int, float, float]]:
     """Axis across, grid line and decay by parameter of a band's walls where the layer beside them is wide enough."""
-    for across in (0, 1) if not band.is_curved else ():
+    for across in (0, 1) if isinstance(band, Band) and not band.is_curved else ():
         lines = (mesh.x_lines, mesh.y_lines)[across]
         metres = (mesh.edge_lengths[:, [1 - across, 3 - across]].mean(axis=1) / _sizes(mesh, across)).mean()
         decay = float(DECAY / thickness * metres)
@@ -177,16 +177,18 @@ def wall_strips(mesh: Mesh, thickness: float) -> list[Band]:
     return [band for band in found.values() if band is not None]
 
 
-def _through(band: Band, thickness: float) -> Through:
+def _through(band: Feature, thickness: float) -> Through:
     """A groove's layer begins at its deepest floor, a protrusion's at the plain face."""
     if band.sign != GROOVE:
         depth = 0.0
+    elif isinstance(band, Outlined):
+        depth = band.greatest
     else:
         depth = float(band.section.control_points[:, 1].max()) if band.is_curved else band.section
     return Through(band.face, band.face * (thickness / 2 - depth))
 
 
-def with_layers(mesh: Mesh, wanted: Sequence[LayerVector], bands: Sequence[Band], thickness: float) -> Mesh:
+def with_layers(mesh: Mesh, wanted: Sequence[LayerVector], bands: Sequence[Feature], thickness: float) -> Mesh:
     """The mesh with the layer vectors that find material beyond their floor, each numbered after its director's."""
     by_vector: dict[int, list[Through]] = {}
     for v, through in wanted:
@@ -203,10 +205,13 @@ def with_layers(mesh: Mesh, wanted: Sequence[LayerVector], bands: Sequence[Band]
     return _numbered(mesh, kept, after, places)
 
 
-def _reaches(cell, bands: Sequence[Band], thickness: float, through: Through) -> bool:
+def _reaches(cell, bands: Sequence[Feature], thickness: float, through: Through) -> bool:
     """Whether the cell has material beyond the floor."""
-    x, y = ((lines[1:] + lines[:-1]) / 2 for lines in division(cell, bands))
-    z = thickness_range(bands, thickness, *np.meshgrid(x, y, indexing="ij"))[0 if through.face < 0 else 1]
+    if any(isinstance(band, Outlined) for band in bands):
+        z = face_rule(cell, bands, thickness, (1, 1), through.face)[1]
+    else:
+        x, y = ((lines[1:] + lines[:-1]) / 2 for lines in division(cell, bands))
+        z = thickness_range(bands, thickness, *np.meshgrid(x, y, indexing="ij"))[0 if through.face < 0 else 1]
     return bool(np.any(through.face * (z - through.floor) > LEAST * thickness))
 
 

@@ -14,23 +14,32 @@ from compare.study import Entry, level_name
 from compare.table import element, height, in_ladders, unit
 from reports.ladders import NAMES, ladders, named, scenes
 
-ALLOWED = 2_300_000  # bytes of all bodies of a page: with pictures and plots it stays below 5 MB
+ALLOWED = 2_600_000  # bytes of all bodies of a page: with pictures and plots it stays below 5 MB
 REACH = 0.1  # of the body's size: the largest displacement of a mode
 
 
 def bodies(entries: Sequence[Entry]) -> Bodies | None:
-    """The surfaces of the ladders' runs, finest levels first, as many as the page may carry; None without any."""
-    packed, room, left = [], ALLOWED, 0
+    """The surfaces of the ladders' runs at their last output, finest levels first, as many as the page may carry.
+
+    What room is left goes to the outputs on the way there of the finest levels, small ones first. None without any.
+    """
     finest = {f.finest.key for scene in scenes(entries) for f in ladders(entries, scene.name) if f.finest}
-    for entry in _ordered(entries, finest):
-        body = _body(entry, moving=entry.key in finest)
-        if body.size > room:
-            left += 1
-            continue
-        room -= body.size
-        packed.append(body)
+    ordered, packed, room = _ordered(entries, finest), {}, ALLOWED
+    for entry in ordered:
+        body = _body(entry, moving=False)
+        if body.size <= room:
+            packed[entry.key] = body
+            room -= body.size
+    for entry in sorted(ordered, key=lambda e: len(e.result.outline.points)):
+        if entry.key in finest and entry.key in packed:
+            body = _body(entry, moving=True)
+            more = body.size - packed[entry.key].size
+            if more <= room:
+                packed[entry.key] = body
+                room -= more
+    left = len(ordered) - len(packed)
     words = f"{left} more are left out to keep the page small." if left else ""
-    return Bodies(packed, words) if packed else None
+    return Bodies(list(packed.values()), words) if packed else None
 
 
 def opened(rows: Sequence[dict[str, Any]], entries: Sequence[Entry]) -> list[dict[str, Any]]:

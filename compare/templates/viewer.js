@@ -78,15 +78,25 @@
     const greatest = Math.max(...view.shown.map(({ header }) => Math.max(...header.greatest)));
     const bySize = view.colour.value === "size";
     const drawn = view.shown.map((found, i) => ({
-      body: found.drawn, step: Math.min(step, found.header.steps.length - 1), lines: view.lines.checked,
+      body: found.drawn, step: i ? matching(view.shown[0], found, step) : step, lines: view.lines.checked,
       coloured: bySize && i === 0, over: i > 0, paint: paint(found.solver),
-    }));
+    })).filter((found) => found.step !== null);
     view.gl.draw(drawn, view.camera, { scale, greatest });
     view.bar.replaceChildren();
     if (bySize) view.bar.append(make("span", {}, "0"), make("i"), make("span", {}, `${shown(greatest, 3)} m`));
     const at = step < 0 ? "between rest and " + view.shown[0].header.steps[0] : view.shown[0].header.steps[Math.round(step)];
     view.said.textContent = `${step <= -1 ? "at rest" : at}; displacements ${shown(scale, 3)} times as large` +
-      (view.shown.length > 1 ? `; laid over it in its own colour: ${view.shown[1].label}` : "");
+      (drawn.length > 1 ? `; laid over it in its own colour: ${view.shown[1].label}` : "") +
+      (drawn.length < view.shown.length ? `; this page holds no such output of ${view.shown[1].label}` : "");
+  }
+
+  /** The step of another body that shows the same output as this one's; null where the page does not hold it. */
+  function matching(main, other, step) {
+    const words = (name) => name.split(",")[0]; // of "mode 1, 12.3 Hz" what both solvers call it
+    const names = other.header.steps.map(words), place = (k) => (k < 0 ? -1 : names.indexOf(words(main.header.steps[k])));
+    const [low, high] = [Math.floor(step), Math.ceil(step)], [a, b] = [place(low), place(high)];
+    if ((low >= 0 && a < 0) || (high >= 0 && b < 0) || b - a > 1) return null;
+    return a + (step - low) * (b - a);
   }
 
   function run() {

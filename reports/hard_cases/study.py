@@ -19,7 +19,7 @@ from types import ModuleType
 
 from compare import ci, gate
 from compare.provenance import provenance
-from compare.report import Commands, Facts, Page, Section, Verdict, write
+from compare.report import Bullets, Commands, Facts, Page, Section, Verdict, write
 from compare.scene import BUDGETS
 from compare.verdict import Figure, at_most
 from reports.hard_cases.chapter import Chapter, Outcome
@@ -41,6 +41,12 @@ TITLE = "Hard cases"
 LEAD = (
     "Published tables, thin, slender, skewed and distorted elements, extreme grooves, nearly incompressible "
     "material, long and violent motion: each case against a value known otherwise, each failure by its name."
+)
+LIMITS = (
+    "That a case between two that pass would pass: each is one shape, one load and one mesh.",
+    "That a published value is right to its last digit: its tolerance says what it is trusted to.",
+    "That a cross-code case is true: it shows two programs agreeing on one reading of the question.",
+    "Anything about times: what a case costs is no case here.",
 )
 Tell = Callable[[Outcome, float], None]
 
@@ -112,6 +118,7 @@ def publish(chapters: dict[str, Chapter], budget: str, folder: Path = OUT) -> Pa
     parts = [Section("verdict", "Verdict", [Verdict(judged)])]
     for name, part in chapters.items():
         parts.append(Section(name, chapter(name).TITLE, [*part.blocks]))
+    parts.append(Section("limits", "What a pass does not prove", [Bullets(LIMITS)], "Not proven"))
     again = [("make hard-cases", "this page")]
     again += [(f"python -m reports.hard_cases --chapter {name}", f"{chapter(name).TITLE} alone") for name in chapters]
     parts.append(Section("again", "Every number again", [Commands(again)], "Again"))

@@ -16,8 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
+from ancf.feature import Feature
 from ancf.layer import KIND
-from ancf.subdomain import Band
 from ancf.system import System
 
 NEAR = 0.5  # of the even spacing: an even line this near to a band's edge gives way to it
@@ -53,8 +53,8 @@ def fitted(
     return np.sort([*fixed, *(line for line in even if np.abs(fixed - line).min() >= near * (1 - EVEN))])
 
 
-def band_edges(bands: Sequence[Band], axis: int) -> list[float]:
-    """Edges and finite ends of the bands on an axis."""
+def band_edges(bands: Sequence[Feature], axis: int) -> list[float]:
+    """Edges and finite ends of the bands on an axis, the least and greatest coordinates of outlines."""
     return [float(limit) for band in bands for limit in band.limits(axis) if np.isfinite(limit)]
 
 
@@ -100,7 +100,7 @@ class _Problem:
         values = trial.tangent(rest) + inertia * trial.mass_values
         self.K = sums.pattern.full(values).tocsr()
         peaks = [load.force * load.factor(_peak(load.history)) for load in trial.loads]
-        peaks += [moment.force(rest, _peak(moment.history)) for moment in trial.moments]
+        peaks += [moment.force(rest, _peak(moment.history)) for moment in (*trial.moments, *trial.pressures)]
         self.F = np.array(peaks).reshape(len(peaks), len(rest)).T[sums.free]
         unknown_of = sums.unknown_of.reshape(-1, 3)
         is_layer = (mesh.kinds == KIND) & np.all(unknown_of >= 0, axis=1)

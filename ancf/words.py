@@ -15,13 +15,14 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     strain = "small vibrations about the undeformed plate" if kind == "modes" else "large rotation and strain"
     modelled = [
         f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
-        f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
+        f"{_material_words(scene, level)}, general continuum approach, {points} Gauss points per {per}",
         _marching_words(scene, level),
     ]
     modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
     modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
     modelled += [_support_words(support) for support in scene.supports]
     modelled += [_load_words(load) for load in scene.loads]
+    modelled += [_obstacle_words(obstacle) for obstacle in scene.obstacles]
     modelled += ["rigid initial velocity"] if scene.initial else []
     modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
     if level.enrich is not None:
@@ -35,11 +36,37 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
         "inertia": kind != "static",
     }
     left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
-    left_out += ["damping, contact, plasticity"]
+    left_out += ["material damping, plasticity", *([] if scene.obstacles else ["contact"])]
     left_out += ["warping near groove edges finer than an element"] if level.enrich is None else []
-    if FAMILY[level.element].thickness is None:
-        left_out += _stiffened_bending(scene.material.poissons_ratio)
+    left_out += _stiffened(scene, level)
     return modelled, left_out
+
+
+def _material_words(scene: Scene, level: AncfLevel) -> str:
+    """The law, and what is done against locking where that is a choice."""
+    if scene.material.kind == "svk":
+        return "St. Venant-Kirchhoff solid"
+    law = "Mooney-Rivlin" if scene.material.mu01 else "neo-Hookean"
+    return f"{law} solid, {VOLUMETRIC[level.volumetric or 'relaxed']}"
+
+
+VOLUMETRIC = {
+    "relaxed": "its thickness strain free at each point (normal stress bilinear in the element)",
+    "reduced": "its volumetric energy with one point fewer each way",
+    "full": "nothing done against volumetric locking",
+}
+
+
+def _stiffened(scene: Scene, level: AncfLevel) -> list[str]:
+    """What the element cannot do in bending."""
+    material = scene.material
+    if material.kind == "svk":
+        return [] if FAMILY[level.element].thickness is not None else _stiffened_bending(material.poissons_ratio)
+    if level.volumetric in (None, "relaxed"):
+        return []
+    shear = 2 * (material.mu10 + material.mu01)
+    nu = (3 * material.bulk_modulus - 2 * shear) / (6 * material.bulk_modulus + 2 * shear)
+    return _stiffened_bending(nu) if level.volumetric == "full" else ["thickness strain that varies with z"]
 
 
 def _marching_words(scene: Scene, level: AncfLevel) -> str:
@@ -67,10 +94,17 @@ def _support_words(support) -> str:
 def _load_words(load) -> str:
     """What a load does."""
     if load.kind == "pressure":
-        return f"pressure on the {load.face} face, dead"
+        return f"pressure on the {load.face} face, {'following it' if load.follower else 'dead'}"
     if load.kind == "moment":
         return f"moment on edge {load.edge} that turns with it"
     return f"{load.kind} load"
+
+
+def _obstacle_words(obstacle) -> str:
+    """What may be touched."""
+    unit = "area" if obstacle.law == "pressure" else "contact point"
+    rubs = f", friction {obstacle.friction:g}" if obstacle.friction else ""
+    return f"{obstacle.shape.kind} {obstacle.name}: penalty by {unit} on the {obstacle.face} face, one-sided{rubs}"
 
 
 def _stiffened_bending(nu: float) -> list[str]:

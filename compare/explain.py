@@ -6,8 +6,16 @@ import importlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from compare.treads import PREFIX
+
 if TYPE_CHECKING:
-    from compare.scene import Band, Load, Scene
+    from compare.scene import Feature, Load, Material, Scene
+
+SURFACES = {
+    "rectangle": ("rectangle", " m"),
+    "nurbs": ("NURBS patch", " (NURBS parameters)"),
+    "revolved": ("revolved section", " (angle in rad, NURBS parameter)"),
+}
 
 
 def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
@@ -30,16 +38,18 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     """What a scene states, as pairs of a subject and its numbers in words, SI units."""
     material, analysis, bands = scene.material, scene.analysis, []
     for kind, members in (("groove", scene.grooves), ("protrusion", scene.protrusions)):
-        bands += [(f"{kind} {band.name}", _band(band)) for band in members]
+        bands += [(f"{kind} {band.name}", _band(band)) for band in members if not band.name.startswith(PREFIX)]
+    if scene.tread is not None:
+        bands.append(("tread", _tread(scene)))
     density = "" if material.density is None else f", density {material.density:g} kg/m³"
     span = " and ".join(f"{axis} {_span(limits)}" for axis, limits in zip("xy", scene.surface.span, strict=True))
-    flat = scene.surface.kind == "rectangle"
-    unit = " m" if flat else " (NURBS parameters)"
+    surface, unit = SURFACES[scene.surface.kind]
+    closed = ", closed" if scene.surface.closed else ""
     second = " s" if analysis.kind == "dynamic" else ""
     found = [
-        ("plate", f"{'rectangle' if flat else 'NURBS patch'}, {span}{unit}, {scene.thickness:g} m thick"),
+        ("plate", f"{surface}, {span}{unit}{closed}, {scene.thickness:g} m thick"),
         *bands,
-        ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
+        ("material", f"{_material(material)}{density}"),
         *_supports(scene),
         *[("load", _load(load, second)) for load in scene.loads],
     ]
@@ -52,6 +62,13 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
     found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
+
+
+def _material(material: Material) -> str:
+    if material.kind == "svk":
+        return f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}"
+    constants = f"μ10 {material.mu10:g} Pa, μ01 {material.mu01:g} Pa, k {material.bulk_modulus:g} Pa"
+    return f"{'Mooney-Rivlin' if material.mu01 else 'neo-Hookean'}, {constants}"
 
 
 def _supports(scene: Scene) -> list[tuple[str, str]]:
@@ -69,7 +86,17 @@ def _supports(scene: Scene) -> list[tuple[str, str]]:
     return found
 
 
-def _band(band: Band) -> str:
+def _tread(scene: Scene) -> str:
+    tread, count = scene.tread, sum(band.name.startswith(PREFIX) for band in scene.grooves)
+    words = f"{tread.kind}, {tread.face} face, travel along {tread.along}, depth {tread.depth:g} m"
+    return f"{words}, {100 * tread.void:g} % of the face cut away by {count} grooves"
+
+
+def _band(band: Feature) -> str:
+    if hasattr(band, "outline"):
+        x, y = (_span(band.limits(axis)) for axis in (0, 1))
+        depth = "a depth that varies" if band.depth is None else f"depth {band.depth:g} m"
+        return f"{band.face} face, an outline of degree {band.outline.degree}, x {x}, y {y}, {depth}"
     over = "y" if band.along == "x" else "x"
     shape = f"depth {band.depth:g} m" if band.profile is None else f"a NURBS profile of degree {band.profile.degree}"
     limits = "" if band.extent is None else f" from {_span(band.extent)}"
@@ -87,7 +114,7 @@ def _load(load: Load, second: str) -> str:
         "edge": lambda: f" on {load.edge}",
         "patch": lambda: f" on x {_span(load.region[0])}, y {_span(load.region[1])}",
         "gravity": lambda: "",
-        "pressure": lambda: f" into the {load.face} face, dead",
+        "pressure": lambda: f" into the {load.face} face, {'following it' if load.follower else 'dead'}",
         "moment": lambda: f" on {load.edge}, turning with it",
     }[load.kind]()
     history = load.history

@@ -16,8 +16,8 @@ import numpy as np
 
 from compare.files import replacing
 
-SCHEMA = 2  # 2 added frequencies
-READABLE = (1, 2)
+SCHEMA = 3  # 2 added frequencies, 3 contact
+READABLE = (1, 2, 3)
 OK = "ok"
 MOST = 8  # shots of a path
 
@@ -65,6 +65,24 @@ class Shots:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """What the obstacles did to the plate.
+
+    force (t, o, 3): resultant on the plate (N) of each obstacle, in the scene's order, at each output time.
+    area (t, o): of the undeformed face (m2) that is pressed; with law "points" the number of pressed points.
+    points (n, 3): reference coordinates (x, y, z) of the contact points on the plate's true face.
+    share (n,): area (m2) that each stands for; 1 with law "points".
+    pressure (n,): normal traction (Pa; N with law "points") there at the last output time.
+    """
+
+    force: np.ndarray
+    area: np.ndarray
+    points: np.ndarray
+    share: np.ndarray
+    pressure: np.ndarray
+
+
+@dataclass(frozen=True)
 class Result:
     """What a solver found. Lengths in m, times in s, energies in J.
 
@@ -72,8 +90,10 @@ class Result:
     as JSON values. h: length of an element's edge (m) that convergence is measured against.
     times (t,); probes: names; probe_position (p, 3) reference position of each probe (of a patch
     its mean); displacement (t, p, 3). energies: kind -> (t,), for example "kinetic", "strain",
-    "external" (work done by the loads). status: "ok", or the name of the failure; then the arrays
-    end at the last time that was reached. facts: further scalars worth a look, for example volume.
+    "external" (work done by the loads); with obstacles also "contact" (stored by their springs) and
+    "dissipated" (spent by their dampers and friction). contact: where the scene has obstacles.
+    status: "ok", or the name of the failure; then the arrays end at the last time that was reached.
+    facts: further scalars worth a look, for example volume.
     load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
     the length of the path, in units of the linear response to a load parameter of 1.
     frequencies (k,): natural frequencies in Hz, ascending, where the scene asks for modes: there are then
@@ -102,6 +122,7 @@ class Result:
     outline: Outline | None = None
     load_parameter: np.ndarray | None = None
     frequencies: np.ndarray | None = None
+    contact: Contact | None = None
 
     def position(self, probe: str) -> np.ndarray:
         """Path of a probe (t, 3) in m."""
@@ -127,18 +148,22 @@ def _meters(place: list[float]) -> str:
 
 ARRAYS = ("times", "probe_position", "displacement")
 OPTIONAL = ("frequencies", "load_parameter")
-OUTLINE = ("points", "displacement", "triangles", "edges", "modes", "path", "path_index")
+PARTS = {
+    "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index")),
+    "contact": (Contact, ("force", "area", "points", "share", "pressure")),
+}
 
 
 def save(result: Result, path: Path) -> None:
     """Write a result to `path` (.npz) in one atomic step: a killed run leaves the old file or none."""
-    elsewhere = (*ARRAYS, *OPTIONAL, "energies", "outline")
+    elsewhere = (*ARRAYS, *OPTIONAL, *PARTS, "energies")
     header = {key: value for key, value in vars(result).items() if key not in elsewhere}
     header = {"schema": SCHEMA, **header}
     arrays = {name: getattr(result, name) for name in (*ARRAYS, *OPTIONAL)}
     arrays |= {f"energy.{kind}": values for kind, values in result.energies.items()}
-    if result.outline is not None:
-        arrays |= {f"outline.{name}": getattr(result.outline, name) for name in OUTLINE}
+    for part, (_, names) in PARTS.items():
+        if (own := getattr(result, part)) is not None:
+            arrays |= {f"{part}.{name}": getattr(own, name) for name in names}
     stated = {name: values for name, values in arrays.items() if values is not None}
     with replacing(path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), **stated)
@@ -165,7 +190,13 @@ def _read(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Result:
     """The result of a file's header and arrays; arrays that this version does not know are left alone."""
     header["probes"] = tuple(header["probes"])
     energies = {name.removeprefix("energy."): arrays[name] for name in arrays if name.startswith("energy.")}
-    drawn = {name: arrays[f"outline.{name}"] for name in OUTLINE if f"outline.{name}" in arrays}
-    outline = Outline(**drawn) if drawn else None
     found = {name: arrays[name] for name in ARRAYS} | {name: arrays.get(name) for name in OPTIONAL}
-    return Result(**header, **found, energies=energies, outline=outline)
+    parts = {part: _part(arrays, part) for part in PARTS}
+    return Result(**header, **found, **parts, energies=energies)
+
+
+def _part(arrays: dict[str, np.ndarray], part: str) -> Outline | Contact | None:
+    """A part of the result, None where the file has none."""
+    kind, names = PARTS[part]
+    own = {name: arrays[f"{part}.{name}"] for name in names if f"{part}.{name}" in arrays}
+    return kind(**own) if own else None

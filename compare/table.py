@@ -29,6 +29,7 @@ from compare.convergence import Convergence, study
 from compare.exact import Value, cross_code, published, reentrant_order
 from compare.scene import Level, Scene
 from compare.study import AS_STATED, Entry, level_name
+from compare.treads import title
 
 KEYS = (
     *("solver", "element", "rule", "groove", "load", "mode", "mesh", "level", "unknowns", "h", "value"),
@@ -98,9 +99,9 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
 
 def highest_order(entry: Entry) -> float:
     """Order that theory allows a series in the limit: a solid is singular at the re-entrant edges of a band
-    of rectangular section; without such edges there is no bound. A plate has no such edge in its kinematics."""
+    with upright walls; without such edges there is no bound. A plate has no such edge in its kinematics."""
     bands = (*entry.scene.grooves, *entry.scene.protrusions)
-    singular = entry.solver != "ancf" and any(band.profile is None for band in bands)
+    singular = entry.solver != "ancf" and any(getattr(band, "profile", None) is None for band in bands)
     return reentrant_order(1.5 * math.pi) if singular else math.inf
 
 
@@ -215,8 +216,9 @@ def rule(level: Level) -> str | None:
 
 
 def groove(entry: Entry) -> str:
-    """Names of the local geometry joined by "+", "none" without any."""
-    return "+".join(band.name for band in (*entry.scene.grooves, *entry.scene.protrusions)) or "none"
+    """Names of the local geometry joined by "+", one for a tread, "none" without any."""
+    names = (title(band.name) for band in (*entry.scene.grooves, *entry.scene.protrusions))
+    return "+".join(dict.fromkeys(names)) or "none"
 
 
 def unit(scene: Scene) -> str:

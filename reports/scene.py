@@ -92,7 +92,9 @@ def limits(entries: Sequence[Entry]) -> list[str]:
     found = [AGREEMENT]
     if any(load.kind == "point" for scene in stated for load in scene.loads):
         found.append(POINT)
-    locked = [e for e in entries if e.solver == "ancf" and e.level.element != "enriched"]
+    locked = [
+        e for e in entries if e.solver == "ancf" and e.level.element != "enriched" and e.scene.material.kind == "svk"
+    ]
     ratios = {e.scene.material.poissons_ratio for e in locked}
     found += [locking(nu) for nu in sorted(ratios) if nu != 0]
     return [*found, "Anything the scene does not mention: it is not modelled."]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from compare.bodies import Body, pack
 from compare.report import Bodies
@@ -57,7 +58,8 @@ def _ordered(entries: Sequence[Entry], finest: set[str]) -> list[Entry]:
 def _body(entry: Entry, moving: bool) -> Body:
     """A run's body; moving: with the outputs on the way to its last one."""
     result = entry.result
-    header, data = pack(result.outline, *(_modes(result) if result.outline.modes is not None else _path(entry, moving)))
+    steps, shapes = _modes(result) if result.outline.modes is not None else _path(entry, moving)
+    header, data = pack(result.outline, steps, shapes, _fields(entry))
     value = height(entry) if unit(entry.scene) == "m" else None
     label = f"{named(entry.solver)} {level_name(entry.level)}, {element(entry.level)}"
     label += f", {result.unknowns} unknowns" + ("" if value is None else f", {value:.5f} m".replace("-", "\u2212"))
@@ -82,3 +84,15 @@ def _path(entry: Entry, moving: bool) -> tuple[list[str], np.ndarray]:
     chosen = [i for i, output in enumerate(index) if output < last]
     steps = [words.format(told[index[i]]) for i in chosen] + [words.format(told[last] if len(told) else 0.0)]
     return steps, np.array([*(outline.path[i] for i in chosen), outline.displacement], float)
+
+
+def _fields(entry: Entry) -> dict[str, np.ndarray]:
+    """Contact at the last output on the nodes of a flat plate's surface: that of the nearest contact point, 0 away."""
+    contact, outline = entry.result.contact, entry.result.outline
+    if contact is None or not len(contact.points) or entry.scene.surface.kind != "rectangle":
+        return {}
+    distance, nearest = cKDTree(contact.points).query(outline.points)
+    spacing = cKDTree(contact.points).query(contact.points, k=min(2, len(contact.points)))[0].max()
+    pressed = np.where(distance <= max(spacing, 1e-9), np.maximum(contact.pressure[nearest], 0.0), 0.0)
+    single = bool((contact.share == 1).all())
+    return {"contact force (N)" if single else "contact pressure (Pa)": pressed}

@@ -1,4 +1,4 @@
-"""ANCF plates with grooves by subdomain integration (He, Patel, Shabana). NumPy and SciPy only, but for run.py.
+"""ANCF plates with grooves by subdomain integration (He, Patel, Shabana). NumPy and SciPy, but for run.py, words.py.
 
 Index letters of array shapes, used in every docstring and einsum of this package:
 

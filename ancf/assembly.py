@@ -43,10 +43,11 @@ class Pattern:
         """Sparse lower triangle with the values data (nnz,)."""
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.n, self.n))
 
-    def full(self, data: np.ndarray) -> sp.csc_matrix:
-        """Sparse symmetric matrix with the values data (nnz,)."""
+    def full(self, data: np.ndarray, upper: np.ndarray | None = None) -> sp.csc_matrix:
+        """Sparse matrix with the values data (nnz,), symmetric unless `upper` has those of its transpose."""
         lower = self.lower(data)
-        return (lower + sp.tril(lower, -1).T).tocsc()
+        other = lower if upper is None else self.lower(upper)
+        return (lower + sp.tril(other, -1).T).tocsc()
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +165,11 @@ def _assembly(connectivity: np.ndarray, free: np.ndarray, unknown_of: np.ndarray
     starts = range(0, len(connectivity), SPAN)
     targets = tuple(_target(connectivity[start : start + SPAN], unknown_of, keys, n) for start in starts)
     return Assembly(connectivity, unknown_of, free, pattern, targets)
+
+
+def on_pattern(connectivity: np.ndarray, free: np.ndarray, unknown_of: np.ndarray, pattern: Pattern) -> Assembly:
+    """Assembly of further elements on a pattern that has all their entries."""
+    return _assembly(connectivity, free, unknown_of, pattern.keys)
 
 
 def _entries(connectivity: np.ndarray, unknown_of: np.ndarray, coupled: Sequence[np.ndarray]) -> np.ndarray:

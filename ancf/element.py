@@ -18,6 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.polynomial.legendre import legvander2d
 
 from ancf.enhanced import enhanced_strains, relaxed
 from ancf.material import SaintVenantKirchhoff
@@ -27,7 +28,7 @@ from ancf.quadrature import Rule
 from ancf.shape import Plate
 
 RUN_BYTES = 32_000_000
-FIELDS = ("S", "G", "volume", "M")
+FIELDS = ("S", "G", "volume", "M", "g_z", "bilinear")
 ONE = np.ones(1)
 Terms = Sequence[tuple[float, np.ndarray]]
 
@@ -38,18 +39,23 @@ class Integrand:
 
     G (q, i, p): derivatives of the shape functions by reference position (1/m for positions).
     S (q, i): shape functions. volume (q,): weight of each point in m3. M (q, p, r, k): enhanced strains.
+    g_z (q, 3): gradient of z. bilinear (q, 4): the bilinear functions of the element's sides.
     """
 
     S: np.ndarray
     G: np.ndarray
     volume: np.ndarray
     M: np.ndarray
+    g_z: np.ndarray
+    bilinear: np.ndarray
 
 
-def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray, free: Sequence[str] = ()) -> Integrand:
+def integrand(
+    shape: Plate, rule: Rule, cell, vectors: np.ndarray, free: Sequence[str] = (), enhanced: bool = True
+) -> Integrand:
     """Integrand of the element on `cell` whose reference nodal vectors are `vectors` (i, 3).
 
-    free: the free edges of the plate that it lies on (for its enhanced strains).
+    free: the free edges of the plate that it lies on (for its enhanced strains). enhanced: whether it has any.
 
     J_o = dr_o/d(x, y, z). Raises GeometryError where det J_o is not positive: the reference shape folds.
     """
@@ -61,8 +67,9 @@ def integrand(shape: Plate, rule: Rule, cell, vectors: np.ndarray, free: Sequenc
     if not np.all(determinant > 0):
         raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
-    M = enhanced_strains(shape, rule, cell, inverse, volume, free)
-    return Integrand(S, S_p @ inverse, volume, M)
+    M = enhanced_strains(shape, rule, cell, inverse, volume, free) if enhanced else np.zeros((len(volume), 3, 3, 0))
+    s, t = (points[:, :2] * 2 / size - 1).T
+    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]))
 
 
 def strain(Q: np.ndarray, G: np.ndarray, factors: np.ndarray = ONE) -> np.ndarray:

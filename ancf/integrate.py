@@ -17,14 +17,29 @@ which is symmetric, stands for it and errs by the angle that a step turns.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ancf.element import Terms
 from ancf.linear_solver import LinearSolver
-from ancf.newton import OK, TOLERANCE, Balance, Correction, Factor, Problem, correct, correct_from_afar, plus
+from ancf.newton import (
+    OK,
+    TOLERANCE,
+    Balance,
+    Correction,
+    Factor,
+    Problem,
+    correct,
+    correct_from_afar,
+    correct_searching,
+    plus,
+    with_contact,
+)
 from ancf.system import EPSILON, System
+
+if TYPE_CHECKING:
+    from ancf import contact
 
 SMALLEST_CUT = 2.0**-6
 PATIENCE = 10  # iterations: a fresh factor of the symmetric tangent makes the energy-momentum scheme little faster
@@ -60,9 +75,9 @@ SCHEMES = {
 
 
 class State(NamedTuple):
-    """Time (s), components q, v, a (3 v,), unbalanced force f - F (u,), work of the loads so far (J).
+    """Time (s), components q, v, a (3 v,), unbalanced force f - F (u,), work of the loads so far (J), what touches.
 
-    Behind an energy-momentum step a and the force are their means over the step.
+    Behind an energy-momentum step a and the force are their means over the step. The force has the contact's in it.
     """
 
     t: float
@@ -71,6 +86,7 @@ class State(NamedTuple):
     a: np.ndarray
     force: np.ndarray
     work: float
+    touches: tuple[contact.Touch, ...] = ()
 
 
 class Step(NamedTuple):
@@ -85,10 +101,13 @@ class Step(NamedTuple):
 
 def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.ndarray) -> State:
     """State at t = 0 with accelerations from M a = F(0) - f(q). Raises SingularMatrix without mass."""
-    force = system.force_internal(q) - system.force_external(0.0)
+    force, touches = system.force_internal(q) - system.force_external(0.0) - system.force_following(q, 0.0), ()
+    if system.contact is not None:
+        meeting = system.contact.at_end(q, system.contact.untouched(), v, 0.0, 0.0)
+        force, touches = force - meeting.force_contact(q)[system.assembly.free], meeting.touched(q)
     a = np.zeros_like(q)
     a[system.assembly.free] = solver.factorise(system.mass_values)(-force)
-    return State(0.0, q, v, a, force, 0.0)
+    return State(0.0, q, v, a, force, 0.0, touches)
 
 
 def step(
@@ -103,7 +122,7 @@ def step(
     if isinstance(scheme, EnergyMomentum):
         return _conserving_step(system, solver, state, dt, factor)
     alpha_m, alpha_f, beta, gamma, _ = scheme
-    external = system.force_external(state.t + dt)
+    t, dead = state.t + dt, system.force_external(state.t + dt)
     inertial = (1 - alpha_m) / (beta * dt**2)
     drift = state.q + dt * state.v + dt**2 * (0.5 - beta) * state.a
     force, floor = state.force, _floor(system, state.q, inertial)
@@ -113,21 +132,28 @@ def step(
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
         nonlocal force
-        internal = system.force_internal(q, more)
+        internal, external = system.force_internal(q, more), dead + system.force_following(q, t)
         force = internal - external
         inertia = system.inertia((1 - alpha_m) * acceleration(q) + alpha_m * state.a)
         residual = -(inertia + (1 - alpha_f) * force + alpha_f * state.force)
         return Balance(residual, max(floor, *(TOLERANCE * system.norm(x) for x in (external, internal, inertia))))
 
     def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
-        return inertial * system.mass_values + (1 - alpha_f) * system.tangent(q, more)
+        return inertial * system.mass_values + (1 - alpha_f) * system.tangent_loaded(q, t, more)
 
-    problem = Problem(balance, jacobian)
-    found = correct(system, solver, drift + beta * dt**2 * state.a, problem, factor, reuse=True)
-    if found.status != OK:
-        found = plus(found, correct_from_afar(system, solver, state.q, problem))
+    problem, guess, meeting = Problem(balance, jacobian), drift + beta * dt**2 * state.a, None
+    if system.contact is not None:
+        rate = gamma / (beta * dt)
+        base = state.v + dt * (1 - gamma) * state.a - rate * drift
+        meeting = system.contact.at_end(state.q, state.touches, base, rate, dt)
+        touching = with_contact(system, problem, meeting, 1 - alpha_f)
+        found = _touching(system, solver, guess, state.q, touching, factor)
+    else:
+        found = correct(system, solver, guess, problem, factor, reuse=True)
+        if found.status != OK:
+            found = plus(found, correct_from_afar(system, solver, state.q, problem))
     a = acceleration(found.q)
-    return _taken(system, state, dt, found, state.v + dt * ((1 - gamma) * state.a + gamma * a), a, force)
+    return _taken(system, state, dt, found, state.v + dt * ((1 - gamma) * state.a + gamma * a), a, force, meeting)
 
 
 def _conserving_step(system: System, solver: LinearSolver, state: State, dt: float, factor: Factor | None) -> Step:
@@ -147,15 +173,28 @@ def _conserving_step(system: System, solver: LinearSolver, state: State, dt: flo
     def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
         return inertial * system.mass_values + 0.5 * system.tangent(*middle(q, more))
 
-    problem, found = Problem(balance, jacobian, quadratic=0.5, patience=PATIENCE), None
-    if factor is not None:
-        guess = state.q + dt * state.v + dt**2 / 2 * state.a
-        found = correct(system, solver, guess, problem, factor, reuse=True)
-    if found is None or found.status != OK:
-        afar = correct_from_afar(system, solver, state.q, problem)
-        found = afar if found is None else plus(found, afar)
+    problem, found, meeting = Problem(balance, jacobian, quadratic=0.5, patience=PATIENCE), None, None
+    guess = state.q + dt * state.v + dt**2 / 2 * state.a
+    if system.contact is not None:
+        meeting = system.contact.in_mean(state.q, state.touches, dt)
+        touching = with_contact(system, problem, meeting, relative=0.0)
+        found = _touching(system, solver, guess, state.q, touching, factor)
+    else:
+        if factor is not None:
+            found = correct(system, solver, guess, problem, factor, reuse=True)
+        if found is None or found.status != OK:
+            afar = correct_from_afar(system, solver, state.q, problem)
+            found = afar if found is None else plus(found, afar)
     v = 2 / dt * (found.q - state.q) - state.v
-    return _taken(system, state, dt, found, v, (v - state.v) / dt, force)
+    return _taken(system, state, dt, found, v, (v - state.v) / dt, force, meeting)
+
+
+def _touching(
+    system: System, solver: LinearSolver, guess: np.ndarray, begin: np.ndarray, problem: Problem, factor: Factor | None
+) -> Correction:
+    """The end of a step that may touch something, from a guess of it, else from where it begins."""
+    found = correct_searching(system, solver, guess, problem, factor)
+    return found if found.status == OK else plus(found, correct_searching(system, solver, begin, problem))
 
 
 def _floor(system: System, q: np.ndarray, inertial: float) -> float:
@@ -164,15 +203,31 @@ def _floor(system: System, q: np.ndarray, inertial: float) -> float:
 
 
 def _taken(
-    system: System, state: State, dt: float, found: Correction, v: np.ndarray, a: np.ndarray, force: np.ndarray
+    system: System,
+    state: State,
+    dt: float,
+    found: Correction,
+    v: np.ndarray,
+    a: np.ndarray,
+    force: np.ndarray,
+    meeting: contact.Step | None,
 ) -> Step:
-    """The step to the equilibrium that was found."""
+    """The step to the equilibrium that was found; force: f - F without the contact's."""
     if found.status != OK:
         return Step(state, found.status, found.iterations, found.factorisations, None)
     t = state.t + dt
-    loads = (system.loads_total(state.t) + system.loads_total(t)) / 2
-    work = state.work + float(loads @ (found.q - state.q))
-    return Step(State(t, found.q, v, a, force, work), OK, found.iterations, found.factorisations, found.factor)
+    loads = (_loads(system, state.q, state.t) + _loads(system, found.q, t)) / 2
+    work, touches = state.work + float(loads @ (found.q - state.q)), ()
+    if meeting is not None:
+        touches = meeting.touched(found.q)
+        force = force - meeting.force_contact(found.q)[system.assembly.free]
+    after = State(t, found.q, v, a, force, work, touches)
+    return Step(after, OK, found.iterations, found.factorisations, found.factor)
+
+
+def _loads(system: System, q: np.ndarray, t: float) -> np.ndarray:
+    """All loads (3 v,) at time t."""
+    return system.loads_total(t) + system.following_total(q, t)
 
 
 class Motion(NamedTuple):

@@ -1,4 +1,4 @@
-"""Direct solution of K x = b for the symmetric sparse matrices of one pattern, positive definite or not.
+"""Direct solution of K x = b for the sparse matrices of one symmetric pattern, positive definite or not.
 
 The node numbering of a mesh keeps the band narrow, and within it LAPACK keeps up with sparse codes and
 solves faster, which is what reused factors need. Measured on one core of an EPYC with the tangents of n x n
@@ -8,8 +8,8 @@ plates (factorise, solve; the first row with enriched elements, the last on a bu
     n = 16, 3,264 unknowns     banded Cholesky 9 ms, 0.3 ms    Pardiso 8 ms, 1.6 ms     SuperLU 29 ms, 0.7 ms
     n = 64, 49,920 unknowns    banded Cholesky 1.9 s, 91 ms    Pardiso 1.0 s, 171 ms    SuperLU 3.8 s, 57 ms
 
-So: banded Cholesky (pbtrf); banded LU (gbtrf) where it meets an indefinite matrix; SuperLU for bands
-too wide to store.
+So: banded Cholesky (pbtrf); banded LU (gbtrf) where it meets an indefinite matrix, or one that is not symmetric;
+SuperLU for bands too wide to store.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class SingularMatrix(ArithmeticError):
 
 @dataclass(frozen=True, eq=False)
 class LinearSolver:
-    """Factorises symmetric matrices of a fixed pattern."""
+    """Factorises matrices of a fixed symmetric pattern."""
 
     pattern: Pattern
 
@@ -53,12 +53,17 @@ class LinearSolver:
         """Place of each value in the band stored column by column."""
         return self._columns.astype(np.intp) * (self.bandwidth + 1) + (self.pattern.indices - self._columns)
 
-    def factorise(self, data: np.ndarray) -> Solve:
-        """Function that solves K x = b (n,) for the lower triangle `data`. Raises SingularMatrix."""
+    def factorise(self, data: np.ndarray, upper: np.ndarray | None = None) -> Solve:
+        """Function that solves K x = b (n,) for the lower triangle `data`. Raises SingularMatrix.
+
+        upper: the lower triangle of the transposed matrix, where K is not symmetric.
+        """
         if not np.all(np.isfinite(data)):
             raise SingularMatrix("the matrix is not finite")
         if self.bandwidth > WIDEST_BAND:
-            return self._sparse(data)
+            return self._sparse(data, upper)
+        if upper is not None:
+            return self._banded_lu(data, upper)
         return self._cholesky(data) or self._banded_lu(data)
 
     def _cholesky(self, data: np.ndarray) -> Solve | None:
@@ -72,19 +77,19 @@ class LinearSolver:
         _require_pivots(factor[0] ** 2)
         return lambda b: lapack.dpbtrs(factor, b, lower=1)[0]
 
-    def _banded_lu(self, data: np.ndarray) -> Solve:
+    def _banded_lu(self, data: np.ndarray, upper: np.ndarray | None = None) -> Solve:
         k = self.bandwidth
         band = np.zeros((3 * k + 1, self.pattern.n), order="F")
         rows, columns = self.pattern.indices, self._columns
         band[2 * k + rows - columns, columns] = data
-        band[2 * k + columns - rows, rows] = data
+        band[2 * k + columns - rows, rows] = data if upper is None else upper
         factor, pivots, _ = lapack.dgbtrf(band, k, k, overwrite_ab=1)
         _require_pivots(np.abs(factor[2 * k]))
         return lambda b: lapack.dgbtrs(factor, k, k, b, pivots)[0]
 
-    def _sparse(self, data: np.ndarray) -> Solve:
+    def _sparse(self, data: np.ndarray, upper: np.ndarray | None = None) -> Solve:
         try:
-            matrix = self.pattern.full(data)
+            matrix = self.pattern.full(data, upper)
             return spl.splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve
         except RuntimeError as error:
             raise SingularMatrix(str(error)) from error

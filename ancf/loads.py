@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ class Load:
 
     def factor(self, t: float) -> float:
         """Factor at time t; before the first and after the last point it keeps their values."""
-        return _factor(self.history, t)
+        return factor_at(self.history, t)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class EdgeMoment:
 
     def factor(self, t: float) -> float:
         """As that of `Load`."""
-        return _factor(self.history, t)
+        return factor_at(self.history, t)
 
     def force(self, q: np.ndarray, t: float) -> np.ndarray:
         """Generalised force (3 v,) at the components q (3 v,)."""
@@ -55,13 +56,14 @@ class EdgeMoment:
         return lever, np.cross(self.moment, lever)
 
 
-def _factor(history: tuple[tuple[float, float], ...], t: float) -> float:
+def factor_at(history: tuple[tuple[float, float], ...], t: float) -> float:
+    """Factor of a history at time t; before the first and after the last point it keeps their values."""
     times, values = zip(*history, strict=True)
     return float(np.interp(t, times, values))
 
 
-def brought_up(load: Load | EdgeMoment, t: float) -> Load | EdgeMoment:
-    """The load's value at time t, brought up linearly from nothing over a parameter from 0 to 1."""
+def brought_up(load: Any, t: float) -> Any:
+    """A load whose value is that of `load` at time t, brought up linearly from nothing over a parameter from 0 to 1."""
     return replace(load, history=((0.0, 0.0), (1.0, load.factor(t))))
 
 

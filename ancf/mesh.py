@@ -1,4 +1,4 @@
-"""Structured mesh of plate elements on a rectangle or on a NURBS surface."""
+"""Structured mesh of plate elements on a rectangle, a NURBS surface or a revolved one."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ancf.nurbs import GeometryError, Surface, crease, surface_derivatives, unit_normal
+from ancf.nurbs import GeometryError, Revolved, Surface, crease, surface_derivatives, unit_normal
 from ancf.shape import CONFORMING, CORNERS, EDGES, Plate
 
 Cell = tuple[tuple[float, float], tuple[float, float]]
@@ -30,8 +30,9 @@ class Mesh:
     reference shape. connectivity (e, i): nodal vector that each shape function multiplies.
     kinds (v,): what each vector is, "r", "r_x" ... parameters (v, 2): where its node lies, or the
     middle of its edge. corners (e, 2): the lines at which an element begins. special: the elements that have
-    more functions than `shape`; connectivity holds their first ones. Vectors are numbered along
-    the direction with fewer elements first, those of edges beside their nodes: the band stays narrow.
+    more functions than `shape`; connectivity holds their first ones. closed: the last line along x is the
+    first one again, and has no vectors of its own. Vectors are numbered along the direction with fewer
+    elements first, those of edges beside their nodes: the band stays narrow.
     """
 
     shape: Plate
@@ -43,6 +44,7 @@ class Mesh:
     parameters: np.ndarray
     corners: np.ndarray
     special: dict[int, Special] = field(default_factory=dict)
+    closed: bool = False
 
     def element(self, e: int) -> Special:
         """Shape of an element and its nodal vectors (i,)."""
@@ -84,6 +86,8 @@ class Mesh:
         """The edges x0, x1, y0, y1 of the plate that an element lies on."""
         (i, j), last = self.corners[element], (len(self.x_lines) - 2, len(self.y_lines) - 2)
         touched = {"x0": i == 0, "x1": i == last[0], "y0": j == 0, "y1": j == last[1]}
+        if self.closed:
+            del touched["x0"], touched["x1"]
         return tuple(edge for edge, touches in touched.items() if touches)
 
     def inward(self, x: float, y: float) -> tuple[float, float]:
@@ -108,8 +112,14 @@ def _interval(lines: np.ndarray, value: float, name: str) -> int:
     return int(np.clip(np.searchsorted(lines, value, side="right") - 1, 0, len(lines) - 2))
 
 
-def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = None, shape: Plate = CONFORMING) -> Mesh:
-    """Mesh between the given lines; flat at Z = 0 with normal +Z, or on a NURBS surface.
+def grid(
+    x_lines: np.ndarray,
+    y_lines: np.ndarray,
+    surface: Surface | Revolved | None = None,
+    shape: Plate = CONFORMING,
+    closed: bool = False,
+) -> Mesh:
+    """Mesh between the given lines; flat at Z = 0 with normal +Z, or on a surface; closed: its last line is the first.
 
     Nodal vectors on a surface are its point, its parameter derivatives and its unit normal; an edge has
     what the normal at its middle exceeds the mean of those at its ends by. Raises ValueError where the
@@ -122,7 +132,7 @@ def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = Non
             raise ValueError(f"grid lines along {name} must increase and number at least two, got {values}")
     _require_smooth(surface)
     nx, ny = len(lines[0]), len(lines[1])
-    places = _places(nx, ny, len(shape.node_kinds), len(shape.edge_kinds))
+    places = _places(nx, ny, len(shape.node_kinds), len(shape.edge_kinds), closed)
     corners = np.stack([index.ravel() for index in np.indices((nx - 1, ny - 1))], axis=1)
     if ny > nx:
         corners = corners[np.lexsort((corners[:, 0], corners[:, 1]))]
@@ -130,14 +140,15 @@ def grid(x_lines: np.ndarray, y_lines: np.ndarray, surface: Surface | None = Non
     if shape.edges:
         parts += [(places.edge[axis], shape.edge_kinds, *_at_edges(lines, axis, surface)) for axis in (0, 1)]
     vectors, parameters = np.empty((places.count, 3)), np.empty((places.count, 2))
-    kinds = np.empty(places.count, dtype="U4")
+    kinds, distinct = np.empty(places.count, dtype="U4"), nx - closed  # lines along x
     for first, names, values, at in parts:
-        own = first[..., None] + np.arange(len(names))
-        vectors[own], parameters[own], kinds[own] = values, at[..., None, :], names
-    return Mesh(shape, *lines, vectors, places.connectivity(corners, shape), kinds, parameters, corners)
+        own = first[:distinct, :, None] + np.arange(len(names))
+        vectors[own], parameters[own], kinds[own] = values[:distinct], at[:distinct, :, None, :], names
+    connectivity = places.connectivity(corners, shape)
+    return Mesh(shape, *lines, vectors, connectivity, kinds, parameters, corners, closed=closed)
 
 
-def _require_smooth(surface: Surface | None) -> None:
+def _require_smooth(surface: Surface | Revolved | None) -> None:
     """Raise GeometryError where the tangent of a surface jumps: the nodal vectors r_x and r_y have one value."""
     for axis in (0, 1) if surface is not None else ():
         if (knot := crease(surface, axis)) is not None:
@@ -161,22 +172,34 @@ class _Places(NamedTuple):
         return np.concatenate([first[:, None] + np.arange(count) for first, count in starts], axis=1)
 
 
-def _places(nx: int, ny: int, node_vectors: int, edge_vectors: int) -> _Places:
-    """Number node by node, each followed by its edge along the shorter direction and then by its other one."""
+def _places(nx: int, ny: int, node_vectors: int, edge_vectors: int, closed: bool = False) -> _Places:
+    """Number node by node, each followed by its edge along the shorter direction and then by its other one.
+
+    On a closed ring the last of the nx lines has the numbers of the first one.
+    """
     fast = 1 if ny <= nx else 0
-    counts = np.empty((nx, ny, 3), dtype=int)
+    counts = np.empty((nx - closed, ny, 3), dtype=int)
     counts[...] = node_vectors, edge_vectors, edge_vectors
-    for axis in (0, 1):
+    for axis in (1,) if closed else (0, 1):
         last = (-1, slice(None)) if axis == 0 else (slice(None), -1)
         counts[(*last, 1 if axis == fast else 2)] = 0
-    ordered = counts if fast == 1 else counts.swapaxes(0, 1)
+    order = _folded(nx - 1) if closed and fast == 1 else np.arange(len(counts))
+    ordered = counts[order] if fast == 1 else counts.swapaxes(0, 1)
     first = (ordered.cumsum() - ordered.ravel()).reshape(ordered.shape)
-    first = first if fast == 1 else first.swapaxes(0, 1)
+    first = first[np.argsort(order)] if fast == 1 else first.swapaxes(0, 1)
+    if closed:
+        first = np.concatenate([first, first[:1]])
     along_x, along_y = (first[..., 1 if axis == fast else 2] for axis in (0, 1))
     return _Places(first[..., 0], (along_x[:-1], along_y[:, :-1]), int(counts.sum()))
 
 
-def _at_nodes(lines, shape: Plate, surface: Surface | None) -> tuple[np.ndarray, np.ndarray]:
+def _folded(n: int) -> np.ndarray:
+    """Lines of a ring in an order that keeps neighbours near each other: 0, n - 1, 1, n - 2 ... (n,)."""
+    lines = np.arange(n)
+    return np.stack([lines, lines[::-1]], axis=1).ravel()[:n]
+
+
+def _at_nodes(lines, shape: Plate, surface: Surface | Revolved | None) -> tuple[np.ndarray, np.ndarray]:
     """Vectors (nx, ny, k, 3) of the nodes, in the order of their kinds, and parameters (nx, ny, 2)."""
     at = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     if surface is None:
@@ -193,7 +216,7 @@ def _at_nodes(lines, shape: Plate, surface: Surface | None) -> tuple[np.ndarray,
     return np.stack([found[kind] for kind in shape.node_kinds], axis=-2), at
 
 
-def _at_edges(lines, axis: int, surface: Surface | None) -> tuple[np.ndarray, np.ndarray]:
+def _at_edges(lines, axis: int, surface: Surface | Revolved | None) -> tuple[np.ndarray, np.ndarray]:
     """Vectors (nx, ny, 1, 3) of the edges along an axis and the parameters (nx, ny, 2) of their middles."""
     middles = [(own[:-1] + own[1:]) / 2 if along == axis else own for along, own in enumerate(lines)]
     at = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1)
@@ -206,6 +229,6 @@ def _at_edges(lines, axis: int, surface: Surface | None) -> tuple[np.ndarray, np
     return (_normals(at, surface) - (first + last) / 2)[..., None, :], at
 
 
-def _normals(at: np.ndarray, surface: Surface) -> np.ndarray:
+def _normals(at: np.ndarray, surface: Surface | Revolved) -> np.ndarray:
     """Unit normals (..., 3) of a surface at the parameters (..., 2)."""
     return unit_normal(surface_derivatives(surface, at[..., 0], at[..., 1])).n

@@ -9,6 +9,9 @@ tangent, which exceeds everything else by far (Magisano, Leonetti, Garcea, IJNME
 On the cantilever at a hundred times its load, steps of 0.25 s are then cut into 5 instead of 35. In statics it saved
 no load step in any case tried.
 
+Points that touch and part make the residual bend sharply; `correct_searching` then goes along a step only as far as the
+residual does not pull back.
+
 A residual has converged when its size in newtons (gradients divided by their lengths, see `System`)
 is at most TOLERANCE times the largest of the forces that balance in it, or round-off of the internal
 force of the undeformed plate and of the inertia.
@@ -19,13 +22,16 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ancf.element import Terms
 from ancf.linear_solver import LinearSolver, SingularMatrix, Solve
 from ancf.system import System
+
+if TYPE_CHECKING:
+    from ancf import contact
 
 TOLERANCE = 1e-9
 FULL_LIMIT = 40
@@ -35,9 +41,14 @@ MOST_PATIENCE = 20
 BAND_PER_ITERATION = 45
 PAIRS = 8
 CURVATURE = 1e-12
+SYMMETRIC = 1e-13
 NEAR_LIMIT = 20
 CLOSE = 1e-2
 FEW = 3
+OVERSHOT = 0.5
+HIT = 0.2
+TRIALS = 8
+FAST = 0.1
 SMALLEST_CUT = 2.0**-10
 
 OK = "ok"
@@ -191,8 +202,96 @@ def plus(before: Correction, found: Correction) -> Correction:
     )
 
 
+def with_contact(
+    system: System, problem: Problem, step: contact.Step, share: float = 1.0, relative: float = TOLERANCE
+) -> Problem:
+    """The problem with `share` of the contact's forces in its balance, for `correct_searching`.
+
+    relative: size of a residual beside the contact's forces that counts as none.
+    """
+    free = system.assembly.free
+
+    def balance(q: np.ndarray, more: Terms) -> Balance:
+        residual, tolerance = problem.balance(q, more)
+        force = share * step.force_contact(q)[free]
+        least = relative * system.norm(force) + share * step.round_off(q)
+        return Balance(residual + force, max(tolerance, least))
+
+    def jacobian(q: np.ndarray, more: Terms) -> tuple[np.ndarray, np.ndarray | None]:
+        data, touched = problem.jacobian(q, more), step.tangent_contact(q)
+        if touched is None:
+            return data, None
+        lower, upper = touched
+        is_symmetric = np.abs(lower - upper).max() <= SYMMETRIC * np.abs(lower).max()
+        return data + share * lower, None if is_symmetric else data + share * upper
+
+    return problem._replace(balance=balance, jacobian=jacobian)
+
+
+def correct_searching(
+    system: System, solver: LinearSolver, q: np.ndarray, problem: Problem, factor: Factor | None = None, least: int = 0
+) -> Correction:
+    """`correct` where the residual bends sharply, for a problem whose jacobian is (lower triangle, that of the
+    transpose or None). A factorisation is kept, and corrected, while each step leaves less than FAST of the residual.
+    """
+    iterations = factorisations = 0
+    residual, tolerance = problem.balance(q, ())
+    norm = system.norm(residual)
+
+    def ended(status: str) -> Correction:
+        return Correction(q, status, iterations, factorisations, factor)
+
+    while iterations < least or not norm <= tolerance:
+        if not np.isfinite(norm):
+            return ended(NOT_FINITE)
+        if iterations == FULL_LIMIT:
+            return ended(DIVERGED)
+        if factor is None:
+            try:
+                factor = Factor(solver.factorise(*problem.jacobian(q, ())))
+            except SingularMatrix:
+                return ended(SINGULAR)
+            factorisations += 1
+        change = np.zeros_like(q)
+        change[system.assembly.free] = factor(residual)
+        start, before, last = q, residual, norm
+        q, (residual, tolerance) = _search(system, q, change, residual, problem)
+        iterations, norm = iterations + 1, system.norm(residual)
+        factor.learn((q - start)[system.assembly.free], before - residual)
+        factor = factor if norm <= FAST * last else None
+    return ended(INVERTED if system.is_inverted(q) else OK)
+
+
+def _search(system: System, q: np.ndarray, change: np.ndarray, residual: np.ndarray, problem: Problem):
+    """Where to go along a change (3 v,) of q, and the Balance there.
+
+    The whole way, unless the residual there pulls back along it by more than OVERSHOT of its pull at the start; then
+    to where it has HIT or less of it left, by regula falsi with the Illinois rule.
+    """
+    way, end = change[system.assembly.free], q + change
+    pull, whole = float(way @ residual), problem.balance(end, ())
+    back = float(way @ whole.residual)
+    if pull <= 0 or back >= -OVERSHOT * pull or system.norm(whole.residual) <= OVERSHOT * system.norm(residual):
+        return end, whole
+    (low, at_low), (high, at_high) = (0.0, pull), (1.0, back)
+    for _ in range(TRIALS):
+        part = (low * at_high - high * at_low) / (at_high - at_low)
+        part = part if np.isfinite(part) else (low + high) / 2
+        end = q + part * change
+        found = problem.balance(end, ())
+        here = float(way @ found.residual)
+        if abs(here) <= HIT * pull:
+            break
+        if here > 0:
+            (low, at_low), at_high = (part, here), at_high / 2
+        else:
+            (high, at_high), at_low = (part, here), at_low / 2
+    return end, found
+
+
 class Path(NamedTuple):
-    """Equilibrium reached at the load parameter t: q (3 v,), work of the loads (J), status, steps, iterations."""
+    """Equilibrium reached at the load parameter t: q (3 v,), work of the loads (J), status, steps, iterations, and
+    the state of what touches."""
 
     t: float
     q: np.ndarray
@@ -200,10 +299,19 @@ class Path(NamedTuple):
     status: str
     steps: int
     iterations: int
+    touches: tuple[contact.Touch, ...] = ()
 
 
-def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, until: float, step: float) -> Path:
-    """Follow the static equilibrium from q at t to `until` by load steps.
+def equilibrium(
+    system: System,
+    solver: LinearSolver,
+    q: np.ndarray,
+    t: float,
+    until: float,
+    step: float,
+    touches: tuple[contact.Touch, ...] = (),
+) -> Path:
+    """Follow the static equilibrium from q at t, with what touches there, to `until` by load steps.
 
     A step that fails is halved, down to SMALLEST_CUT of the given one; after a success it doubles
     again up to that. The status is that of the last failure where the path could not be followed. Where loads change
@@ -213,19 +321,25 @@ def equilibrium(system: System, solver: LinearSolver, q: np.ndarray, t: float, u
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
-        before = system.loads_total(t) + system.moments_total(q, t)
-        after = system.loads_total(target) + system.moments_total(q, target)
-        found = correct(system, solver, q, _statics(system, target), least=int(np.any(before != after)))
+        before = system.loads_total(t) + system.following_total(q, t)
+        after = system.loads_total(target) + system.following_total(q, target)
+        problem, least = _statics(system, target), int(np.any(before != after))
+        if system.contact is None:
+            found = correct(system, solver, q, problem, least=least)
+        else:
+            meeting = system.contact.at_rest(q, touches)
+            found = correct_searching(system, solver, q, with_contact(system, problem, meeting), least=least)
         iterations += found.iterations
         if found.status == OK:
-            loads = before + system.loads_total(target) + system.moments_total(found.q, target)
+            loads = before + system.loads_total(target) + system.following_total(found.q, target)
             work += float(loads @ (found.q - q)) / 2
+            touches = touches if system.contact is None else meeting.touched(found.q)
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:
             cut /= 2
         else:
-            return Path(t, q, work, found.status, steps, iterations)
-    return Path(until, q, work, OK, steps, iterations)
+            return Path(t, q, work, found.status, steps, iterations, touches)
+    return Path(until, q, work, OK, steps, iterations, touches)
 
 
 def _statics(system: System, t: float) -> Problem:
@@ -233,9 +347,9 @@ def _statics(system: System, t: float) -> Problem:
     dead = system.loads_total(t)
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
-        return static_balance(system, dead + system.moments_total(q, t), q)
+        return static_balance(system, dead + system.following_total(q, t), q)
 
-    return Problem(balance, lambda q, more: system.tangent_static(q, t))
+    return Problem(balance, lambda q, more: system.tangent_loaded(q, t))
 
 
 def static_balance(system: System, loads: np.ndarray, q: np.ndarray) -> Balance:

@@ -102,6 +102,34 @@ class Surface:
         return NdBSpline(self.knots, _homogeneous(self.control_points, self.weights), self.degree)
 
 
+@dataclass(frozen=True, eq=False)
+class Revolved:
+    """A section (along, radius) turned about an axis of space through its origin: u is the angle, v the section's.
+
+    axis: 0, 1, 2 for X, Y, Z. The angle is measured from the next of them in turn, toward the one after that.
+    """
+
+    section: Curve
+    axis: int
+
+    @property
+    def swept(self) -> Surface:
+        """The section along v, the same at every u: it has the revolved surface's creases."""
+        curve = self.section
+        points, weights = (np.stack([array, array]) for array in (curve.control_points, curve.weights))
+        return Surface((1, curve.degree), (np.array([0.0, 0.0, 1.0, 1.0]), curve.knots), points, weights)
+
+    def derivatives(self, u: np.ndarray, v: np.ndarray) -> SurfaceDerivatives:
+        """s = a(v) A + r(v) b(u) with the axis A, b = cos u B + sin u C, t = b_u = cos u C - sin u B."""
+        (a, r), (a_v, r_v), (a_vv, r_vv) = (
+            np.moveaxis(c, -1, 0)[..., None] for c in curve_derivatives(self.section, v)
+        )
+        A, B, C = np.roll(np.eye(3), -self.axis, axis=0)
+        cosine, sine = np.cos(u)[..., None], np.sin(u)[..., None]
+        b, t = cosine * B + sine * C, cosine * C - sine * B
+        return SurfaceDerivatives(a * A + r * b, r * t, a_v * A + r_v * b, -r * b, r_v * t, a_vv * A + r_vv * b)
+
+
 class SurfaceDerivatives(NamedTuple):
     """Point of a surface and its derivatives, each (..., d)."""
 
@@ -131,9 +159,12 @@ def curve_derivatives(curve: Curve, u: ArrayLike) -> tuple[np.ndarray, np.ndarra
     return c, c_u, c_uu
 
 
-def surface_derivatives(surface: Surface, u: ArrayLike, v: ArrayLike) -> SurfaceDerivatives:
+def surface_derivatives(surface: Surface | Revolved, u: ArrayLike, v: ArrayLike) -> SurfaceDerivatives:
     """Point, first and second derivatives (mixed included) at the pairs (u, v), broadcast against each other."""
-    at = np.stack(np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float)), axis=-1)
+    pairs = np.broadcast_arrays(np.asarray(u, dtype=float), np.asarray(v, dtype=float))
+    if isinstance(surface, Revolved):
+        return surface.derivatives(*pairs)
+    at = np.stack(pairs, axis=-1)
     orders = [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)]
     (a, w), (a_u, w_u), (a_v, w_v), (a_uu, w_uu), (a_uv, w_uv), (a_vv, w_vv) = (
         _split(surface.homogeneous(at, nu=order)) for order in orders
@@ -160,7 +191,7 @@ def unit_normal(values: SurfaceDerivatives) -> Normal:
     return Normal(n, *((d - n * np.sum(n * d, axis=-1, keepdims=True)) / length for d in (m_u, m_v)))
 
 
-def crease(surface: Surface, axis: int) -> float | None:
+def crease(surface: Surface | Revolved, axis: int) -> float | None:
     """First parameter along an axis (0 or 1) at which the tangent along it jumps; None where the surface is C1.
 
     It can jump at inner knots that stand `degree` times. With homogeneous rows A of the net, A_i on such a knot,
@@ -168,6 +199,8 @@ def crease(surface: Surface, axis: int) -> float | None:
     """
     from scipy.interpolate import BSpline
 
+    if isinstance(surface, Revolved):
+        return None if axis == 0 else crease(surface.swept, 1)
     p, knots, (low, high) = surface.degree[axis], surface.knots[axis], surface.domain[axis]
     across, degree, ends = surface.knots[1 - axis], surface.degree[1 - axis], surface.domain[1 - axis]
     net = np.moveaxis(_homogeneous(surface.control_points, surface.weights), axis, 0)

@@ -51,7 +51,7 @@ def facets(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> Facets:
     points = np.concatenate([np.concatenate([xy, z[face][..., None]], axis=-1).reshape(-1, 3) for face in (1, 0)])
     number = np.arange(nx * ny * 4).reshape(nx, ny, 4)
     top, bottom = number, number + number.size
-    quads = [top.reshape(-1, 4), bottom[..., ::-1].reshape(-1, 4), *_walls(top, bottom, z)]
+    quads = [top.reshape(-1, 4), bottom[..., ::-1].reshape(-1, 4), *_walls(top, bottom, z, mesh.closed)]
     triangles = np.concatenate(quads)[:, QUAD].reshape(-1, 3)
     elements = _elements(mesh, xy.mean(axis=2).reshape(-1, 2))
     edges = np.concatenate([_edges(face, x, y, mesh) for face in (top, bottom)])
@@ -89,9 +89,10 @@ def _elements(mesh: Mesh, at: np.ndarray) -> np.ndarray:
     return number[column, row]
 
 
-def _walls(top: np.ndarray, bottom: np.ndarray, z) -> list[np.ndarray]:
+def _walls(top: np.ndarray, bottom: np.ndarray, z, closed: bool) -> list[np.ndarray]:
     """Upright quadrilaterals: the plate's edges, and wherever two neighbouring patches differ in height."""
-    rims = [(np.s_[:, 0], 0, 1), (np.s_[-1], 1, 2), (np.s_[:, -1], 2, 3), (np.s_[0], 3, 0)]
+    rims = [(np.s_[:, 0], 0, 1), (np.s_[:, -1], 2, 3)]
+    rims += [] if closed else [(np.s_[-1], 1, 2), (np.s_[0], 3, 0)]
     quads = [np.stack([top[at][:, b], top[at][:, a], bottom[at][:, a], bottom[at][:, b]], -1) for at, a, b in rims]
     inner = [(np.s_[:-1], np.s_[1:], (2, 1), (3, 0)), (np.s_[:, :-1], np.s_[:, 1:], (3, 2), (0, 1))]
     for number, height, outward in ((top, z[1], 1), (bottom, z[0], -1)):

@@ -100,7 +100,7 @@ class _Problem:
         values = trial.tangent(rest) + inertia * trial.mass_values
         self.K = sums.pattern.full(values).tocsr()
         peaks = [load.force * load.factor(_peak(load.history)) for load in trial.loads]
-        peaks += [moment.force(rest, _peak(moment.history)) for moment in trial.moments]
+        peaks += [moment.force(rest, _peak(moment.history)) for moment in (*trial.moments, *trial.pressures)]
         self.F = np.array(peaks).reshape(len(peaks), len(rest)).T[sums.free]
         unknown_of = sums.unknown_of.reshape(-1, 3)
         is_layer = (mesh.kinds == KIND) & np.all(unknown_of >= 0, axis=1)

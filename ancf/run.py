@@ -10,6 +10,11 @@ Readings chosen here
 - An initial angular velocity turns about the origin of space: v = velocity + angular_velocity x r.
 - The time step is the largest that divides the time between two outputs and is not longer than the level's.
 - The global rule (Eq. 7) also integrates the mass.
+- Contact points are those of the level's rule in (x, y), subdomain by subdomain, on the true face: on a groove's floor
+  those of the floor, none on upright walls. A pressure acts on the area of the undeformed face. Points are listed
+  obstacle by obstacle.
+- In a step the damper of a point that enters an obstacle acts for the part of the step spent inside; with the
+  energy-momentum scheme forces are means over a step, and what a result says of them is that of the last one.
 - Modes are small vibrations about the undeformed plate. Rigid motions that the supports leave free are counted,
   not listed.
 - BLAS runs on one thread while a solve lasts: the products are small, and on cores that have other work
@@ -25,6 +30,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain, pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 from threadpoolctl import ThreadpoolController
@@ -41,26 +47,33 @@ from ancf.integrate import SCHEMES, advance, initial_state
 from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
-from ancf.material import from_engineering
+from ancf.material import MooneyRivlin, SaintVenantKirchhoff, from_engineering
 from ancf.mesh import Mesh, grid
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
-from ancf.nurbs import Curve, GeometryError, Surface, surface_derivatives
+from ancf.nurbs import Curve, GeometryError, Revolved, Surface, surface_derivatives
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.pressure import FollowerPressure, follower_pressure
 from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outlined
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
-from ancf.system import Body, System, body, distinct, expected_memory, system
-from compare.result import Outline, Result
+from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
+from ancf.words import words
+from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
 from compare.scene import Feature as SceneFeature
+
+if TYPE_CHECKING:
+    from ancf import contact
 
 SOLVER = "ancf"
 SAME = 0.01  # of the thickness: edges this near to each other share a grid line
 LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
+LOST_ENERGY = "energy_not_kept"
+LOST = 0.05  # of the energy that moves the plate or has gone into the contact
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now
 Progress = Callable[[float], None] | None
 
@@ -86,10 +99,12 @@ class History:
     strain: list[float] = field(default_factory=list)
     external: list[float] = field(default_factory=list)
     load_parameter: list[float] = field(default_factory=list)
+    touches: list[tuple[contact.Touch, ...]] = field(default_factory=list)
     steps: int = 0
     iterations: int = 0
     factorisations: int = 0
     status: str = OK
+    shots: Shots = field(default_factory=Shots)
 
 
 @BLAS.wrap(limits=1, user_api="blas")
@@ -138,17 +153,41 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         message=_message(history),
         steps=history.steps,
         newton_iterations=history.iterations,
-        outline=_outline(scene, model, q),
+        outline=_outline(scene, model, q, shots=history.shots),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
+    if scene.obstacles:
+        found["contact"] = _contact(model, history)
+        for kind in ("stored", "dissipated"):
+            sums = [sum(getattr(touch, kind) for touch in touches) for touches in history.touches]
+            found["energies"]["contact" if kind == "stored" else kind] = np.array(sums)
     return found, {"factorisations": history.factorisations}
+
+
+def _contact(model: Model, history: History) -> Contact:
+    """What the obstacles did to the plate."""
+    pairs, count = model.system.contact.pairs, len(history.touches)
+    forces = np.array([[touch.force for touch in touches] for touches in history.touches])
+    areas = np.array(
+        [
+            [pair.share[touch.pressure > 0].sum() for pair, touch in zip(pairs, touches, strict=True)]
+            for touches in history.touches
+        ]
+    )
+    points, share = (
+        np.concatenate(parts) for parts in ([pair.face.points for pair in pairs], [pair.share for pair in pairs])
+    )
+    last = [touch.pressure for touch in history.touches[-1]] if count else [np.zeros(len(share))]
+    return Contact(
+        forces.reshape(count, len(pairs), 3), areas.reshape(count, len(pairs)), points, share, np.concatenate(last)
+    )
 
 
 def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    mesh, material = model.mesh, scene.material
+    mesh, shear = model.mesh, _material(scene).shear
     size = np.linalg.norm(np.ptp(mesh.vectors[mesh.kinds == "r"], axis=0))
-    slow = material.youngs_modulus / material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
+    slow = 2 * shear / scene.material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
     modes = lowest(model.system, scene.analysis.count, slow)
     _tell(progress, 1.0)
     found = dict(
@@ -194,22 +233,34 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
     )
 
 
-def _outline(scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = ()) -> Outline:
+def _outline(
+    scene: Scene, model: Model, q: np.ndarray, shapes: Sequence[np.ndarray] = (), shots: Shots | None = None
+) -> Outline:
     """The surface of the nodal vectors q; shapes of vibration (k, 3 v) are scaled to the largest displacement 1."""
-    surface = facets(model.mesh, model.bands, scene.thickness)
-    moved = q.reshape(-1, 3) - model.mesh.vectors
-    fields = [model.mesh.vectors, moved, *(shape.reshape(-1, 3) for shape in shapes)]
+    surface, vectors = facets(model.mesh, model.bands, scene.thickness), model.mesh.vectors
+    states = [] if shots is None else shots.states
+    fields = [vectors, q.reshape(-1, 3) - vectors, *(shape.reshape(-1, 3) for shape in shapes)]
+    fields += [state.reshape(-1, 3) - vectors for state in states]
     placed = (rows(model.mesh, surface) @ np.hstack(fields)).reshape(-1, len(fields), 3)
-    reference, displacement, *modes = placed.swapaxes(0, 1)
-    scaled = np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None
-    return Outline(reference, displacement, surface.triangles, surface.edges, scaled)
+    reference, displacement, *others = placed.swapaxes(0, 1)
+    modes, path = others[: len(shapes)], others[len(shapes) :]
+    return Outline(
+        reference,
+        displacement,
+        surface.triangles,
+        surface.edges,
+        modes=np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None,
+        path=np.array(path, np.float32) if path else None,
+        path_index=np.array(shots.index) if path else None,
+    )
 
 
 def _message(history: History) -> str:
     if history.status == OK:
         return ""
     reached = f"after t = {history.times[-1]:.6g} s" if history.times else "before the first output time"
-    return f"{history.status} {reached}, after {history.steps} steps"
+    why = ": the steps are too long for so stiff a contact" if history.status == LOST_ENERGY else ""
+    return f"{history.status} {reached}, after {history.steps} steps{why}"
 
 
 def build(scene: Scene, level: AncfLevel) -> Model:
@@ -225,27 +276,48 @@ def build(scene: Scene, level: AncfLevel) -> Model:
 
 
 def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], pointwise: bool = False) -> Model:
-    material = from_engineering(scene.material.youngs_modulus, scene.material.poissons_ratio)
+    material = _material(scene)
     density = scene.material.density or 0.0
     held = _held(scene, mesh)
     free = free_edges(mesh, held)
-    plate = body(mesh, bands, scene.thickness, material, density, level.points, level.integration, pointwise, free)
+    volume = level.volumetric or RELAXED
+    integration = level.points, level.integration, pointwise, free, volume
+    plate = body(mesh, bands, scene.thickness, material, density, *integration)
     loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
-    dead, moments = ([load for load in loads if isinstance(load, kind)] for kind in (Load, EdgeMoment))
+    kinds = Load, EdgeMoment, FollowerPressure
+    dead, *following = ([load for load in loads if isinstance(load, kind)] for kind in kinds)
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
-    acting = system(plate, held, dead, scene.thickness, moments)
+    acting = system(plate, held, dead, scene.thickness, *following)
+    if scene.obstacles:
+        acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
     return Model(mesh, bands, plate, acting, np.array(probes))
 
 
+def _material(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
+    stated = scene.material
+    if stated.kind == "svk":
+        return from_engineering(stated.youngs_modulus, stated.poissons_ratio)
+    return MooneyRivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
+
+
 def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
-    surface = None
-    if scene.surface.kind == "nurbs":
-        patch = scene.surface
-        surface = Surface(patch.degree, patch.knots, patch.control_points, patch.weights)
-    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element])
+    surface = _surface(scene)
+    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
 
 
-def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[np.ndarray]:
+def _surface(scene: Scene) -> Surface | Revolved | None:
+    """The mid-surface, None where it is flat."""
+    stated = scene.surface
+    if stated.kind == "nurbs":
+        return Surface(stated.degree, stated.knots, stated.control_points, stated.weights)
+    if stated.kind == "revolved":
+        section = stated.section
+        curve = Curve(section.degree, section.knots, section.control_points, section.weights)
+        return Revolved(curve, "XYZ".index(stated.axis))
+    return None
+
+
+def _lines(scene: Scene, level: AncfLevel, surface: Surface | Revolved | None) -> Iterator[np.ndarray]:
     """Grid lines of each axis."""
     for axis, (span, count) in enumerate(zip(scene.surface.span, level.mesh, strict=True)):
         if level.fit is None:
@@ -257,7 +329,7 @@ def _lines(scene: Scene, level: AncfLevel, surface: Surface | None) -> Iterator[
             yield fitted(span, count, band_edges(_bands(scene), axis), beside, SAME * unit)
 
 
-def _length(scene: Scene, surface: Surface, axis: int) -> float:
+def _length(scene: Scene, surface: Surface | Revolved, axis: int) -> float:
     """Length (m) of the surface's middle line along an axis."""
     spans = scene.surface.span
     at = [np.full(LENGTH_POINTS, np.mean(span)) for span in spans]
@@ -308,14 +380,22 @@ def _band(band: SceneFeature, sign: int) -> Feature:
     if profile is not None:
         section = Curve(profile.degree, profile.knots, profile.control_points, profile.weights)
     along = {} if band.extent is None else {"extent": band.extent}
-    return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
+    return Band(_side(band.face), sign, "xy".index(band.along), band.edges, section, **along)
 
 
-def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment:
+def _side(face: str) -> int:
+    """BOTTOM or TOP."""
+    return BOTTOM if face == "bottom" else TOP
+
+
+def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment | FollowerPressure:
     if load.kind == "gravity":
         return gravity(plate.mass_row, load.acceleration, load.history)
     if load.kind == "pressure":
-        row = pressure_on_face(mesh, thickness, -1 if load.face == "bottom" else 1)
+        face = -1 if load.face == "bottom" else 1
+        if load.follower:
+            return follower_pressure(mesh, thickness, face, load.pressure, load.history)
+        row = pressure_on_face(mesh, thickness, face)
         return pressure(row, load.pressure, load.history)
     if load.kind == "moment":
         row = slope_through_edge(mesh, bands, thickness, load.edge)
@@ -327,6 +407,34 @@ def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | Edge
     else:
         row = mean_over_region(mesh, bands, thickness, load.region)
     return spread(row, load.force, load.history)
+
+
+def _obstacles(scene: Scene, level: AncfLevel, mesh: Mesh, bands, acting: System) -> contact.Contact:
+    """What each obstacle may touch; the code of contact is loaded only here."""
+    from ancf import obstacle as rigid
+    from ancf.contact import Contact, Law, Pair
+    from ancf.face import face
+
+    def body(shape):
+        if shape.kind == "plane":
+            return rigid.plane(shape.point, shape.normal)
+        if shape.kind == "sphere":
+            return rigid.sphere(shape.centre, shape.radius)
+        return rigid.drum(shape.point, shape.axis, shape.radius)
+
+    faces = {
+        side: face(mesh, bands, scene.thickness, level.points[:2], _side(side), acting.assembly, level.integration)
+        for side in {stated.face for stated in scene.obstacles}
+    }
+    pairs = []
+    for stated in scene.obstacles:
+        own = faces[stated.face]
+        k, c = stated.stick_stiffness, stated.stick_damping
+        sticks = (stated.stiffness if k is None else k, stated.damping if c is None else c)
+        law = Law(stated.stiffness, stated.damping, stated.friction, *sticks)
+        share = own.share if stated.law == "pressure" else np.ones(len(own.share))
+        pairs.append(Pair(own, body(stated.shape), law, share))
+    return Contact(tuple(pairs))
 
 
 def _probe(probe, mesh: Mesh, bands, thickness: float) -> np.ndarray:
@@ -342,29 +450,35 @@ def _output_times(scene: Scene) -> np.ndarray:
 
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """Loads that act at t = 0 are first brought up from nothing, then the path follows the histories."""
-    history, q, work = History(), model.mesh.vectors.ravel().copy(), 0.0
+    history, q, work, touches = History(), model.mesh.vectors.ravel().copy(), 0.0, _untouched(model)
     solver, times = LinearSolver(model.system.assembly.pattern), _output_times(scene)
     paths = [_bringing_up(scene, level, model)]
     paths += [(model.system, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
     for t, (loaded, t0, t1, step) in zip(times, paths, strict=True):
-        path = equilibrium(loaded, solver, q, t0, t1, step)
+        path = equilibrium(loaded, solver, q, t0, t1, step, touches)
         history.steps += path.steps
         history.iterations += path.iterations
         history.factorisations += path.iterations
-        history.status, q, work = path.status, path.q, work + path.work
+        history.status, q, work, touches = path.status, path.q, work + path.work, path.touches
         if path.status != OK:
             break
-        _record(history, model, float(t), q, np.zeros_like(q), work)
+        _record(history, model, float(t), q, np.zeros_like(q), work, touches)
         _tell(progress, t / times[-1])
     return history, q
+
+
+def _untouched(model: Model) -> tuple[contact.Touch, ...]:
+    """State of what may touch before anything has."""
+    return () if model.system.contact is None else model.system.contact.untouched()
 
 
 def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
     """System, range of its load parameter and load step that bring up the loads acting at t = 0."""
     acting = model.system
-    dead, moments = (tuple(brought_up(load, 0.0) for load in loads) for loads in (acting.loads, acting.moments))
-    acts = any(load.factor(1.0) for load in dead + moments)
-    return replace(acting, loads=dead, moments=moments), 0.0, float(acts), level.time_step / scene.analysis.until
+    kinds = "loads", "moments", "pressures"
+    ramps = {kind: tuple(brought_up(load, 0.0) for load in getattr(acting, kind)) for kind in kinds}
+    acts = any(load.factor(1.0) for loads in ramps.values() for load in loads)
+    return replace(acting, **ramps), 0.0, float(acts), level.time_step / scene.analysis.until
 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
@@ -398,7 +512,7 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
         history.status = SINGULAR
         return history, q
     times, scheme, factor = _output_times(scene), SCHEMES[level.integrator], None
-    _record(history, model, 0.0, state.q, state.v, 0.0)
+    _record(history, model, 0.0, state.q, state.v, 0.0, state.touches)
     dt = times[1] / np.ceil(times[1] / level.time_step - 1e-9)
     for t1 in times[1:]:
         motion = advance(acting, solver, scheme, state, float(t1), dt, factor)
@@ -409,18 +523,44 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
         history.status = motion.status
         if motion.status != OK:
             break
-        _record(history, model, float(t1), state.q, state.v, state.work)
+        _record(history, model, float(t1), state.q, state.v, state.work, state.touches)
+        if scene.obstacles and _lost(history) > LOST:
+            history.status = LOST_ENERGY
+            break
         _tell(progress, t1 / times[-1])
     return history, state.q
 
 
-def _record(history: History, model: Model, t: float, q: np.ndarray, v: np.ndarray, work: float) -> None:
+def _record(
+    history: History,
+    model: Model,
+    t: float,
+    q: np.ndarray,
+    v: np.ndarray,
+    work: float,
+    touches: tuple[contact.Touch, ...] = (),
+) -> None:
     kinetic, strain = model.system.energies(q, v)
     history.times.append(t)
     history.displacement.append(model.probes @ (q.reshape(-1, 3) - model.mesh.vectors))
     history.kinetic.append(kinetic)
     history.strain.append(strain)
     history.external.append(work)
+    history.touches.append(touches)
+    history.shots.take(len(history.times) - 1, q)
+
+
+def _lost(history: History) -> float:
+    """Energy that the steps have made or lost since the start, as a part of the most that there was to lose."""
+    through = sum(touch.most for touch in history.touches[-1])
+    moving = max(kinetic + strain for kinetic, strain in zip(history.kinetic, history.strain, strict=True))
+    return abs(_total(history, -1) - _total(history, 0)) / max(through, moving) if through > 0 else 0.0
+
+
+def _total(history: History, k: int) -> float:
+    """Energy (J) at an output time, less what the loads have brought."""
+    contact = sum(touch.stored + touch.dissipated for touch in history.touches[k])
+    return history.kinetic[k] + history.strain[k] + contact - history.external[k]
 
 
 def _tell(progress: Progress, fraction: float) -> None:
@@ -447,7 +587,7 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     mesh = _mesh(scene, level) if level.enrich is None else build(scene, level).mesh
     held = _held(scene, mesh)
     unknowns, first = int((~held).sum()), distinct(mesh, _bands(scene), free_edges(mesh, held))[1]
-    modelled, left_out = _words(scene, level)
+    modelled, left_out = words(scene, level)
     return {
         "unknowns": unknowns,
         "elements": len(mesh.connectivity),
@@ -455,83 +595,3 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
         "modelled": modelled,
         "left_out": left_out,
     }
-
-
-def _words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
-    """What is modelled and what is left out, one line each."""
-    kind = scene.analysis.kind
-    points = "x".join(str(count) for count in level.points)
-    coordinates = 3 * len(FAMILY[level.element].kinds)
-    per = "subdomain" if level.integration == "subdomain" else "element"
-    strain = "small vibrations about the undeformed plate" if kind == "modes" else "large rotation and strain"
-    modelled = [
-        f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
-        f"St. Venant-Kirchhoff solid, general continuum approach, {points} Gauss points per {per}",
-        _marching_words(scene, level),
-    ]
-    modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
-    modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
-    modelled += [_support_words(support) for support in scene.supports]
-    modelled += [_load_words(load) for load in scene.loads]
-    modelled += ["rigid initial velocity"] if scene.initial else []
-    modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
-    if level.enrich is not None:
-        modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
-    stated = {
-        "grooves": scene.grooves,
-        "protrusions": scene.protrusions,
-        "supports": scene.supports,
-        "gravity": [load for load in scene.loads if load.kind == "gravity"],
-        "other loads": [load for load in scene.loads if load.kind != "gravity"],
-        "inertia": kind != "static",
-    }
-    left_out = [f"{name}: the scene states none" for name, parts in stated.items() if not parts]
-    left_out += ["damping, contact, plasticity"]
-    left_out += ["warping near groove edges finer than an element"] if level.enrich is None else []
-    if FAMILY[level.element].thickness is None:
-        left_out += _stiffened_bending(scene.material.poissons_ratio)
-    return modelled, left_out
-
-
-def _marching_words(scene: Scene, level: AncfLevel) -> str:
-    """How the scene's analysis is done."""
-    if scene.analysis.kind == "modes":
-        return f"the {scene.analysis.count} lowest elastic modes, shift-and-invert Lanczos iteration"
-    if scene.analysis.kind == "dynamic":
-        return f"implicit dynamics, {level.integrator}, steps of {level.time_step:g} s"
-    if scene.analysis.follow == "arc-length":
-        return f"static equilibria by arc length, no step longer than the linear response to {level.time_step:g} of t"
-    return f"static equilibrium by load steps of {level.time_step:g}"
-
-
-def _support_words(support) -> str:
-    """What a support holds."""
-    if support.kind == "clamp":
-        return f"clamp of edge {support.edge}, gradients {support.gradients}"
-    if support.kind == "symmetry":
-        return f"symmetry at edge {support.edge}, normal {support.normal}: the face stays in its plane"
-    place = f"edge {support.edge}" if support.edge else f"corner {support.corner}"
-    where = "in the whole plate" if support.whole else f"at {place}, over its {support.over}"
-    return f"hold of {', '.join(support.components)} {where}"
-
-
-def _load_words(load) -> str:
-    """What a load does."""
-    if load.kind == "pressure":
-        return f"pressure on the {load.face} face, dead"
-    if load.kind == "moment":
-        return f"moment on edge {load.edge} that turns with it"
-    return f"{load.kind} load"
-
-
-def _stiffened_bending(nu: float) -> list[str]:
-    """What a position field linear in z costs: E_zz cannot follow -nu/(1 - nu) E_xx, which is odd in z.
-
-    Bent to a cylinder, a plate then has the stiffness of lambda + 2 mu instead of E / (1 - nu^2); bent to a bowl,
-    alike in both directions, that of 2 (lambda + mu) instead of E / (1 - nu).
-    """
-    if nu == 0:
-        return []
-    cylinder, bowl = (1 - nu) ** 2 / (1 - 2 * nu), (1 - nu) / ((1 + nu) * (1 - 2 * nu))
-    words = f"on any mesh bending to a cylinder is {cylinder:.3g} times too stiff, to a bowl {bowl:.3g} times"
-    return [f"thickness strain that varies with z: {words}"]

@@ -69,7 +69,8 @@ def symmetry(mesh: Mesh, edge: str, normal: int) -> np.ndarray:
 def free_edges(mesh: Mesh, held: np.ndarray) -> tuple[str, ...]:
     """Edges of the plate on which no component (3 v,) of the director is held between their ends."""
     held = held.reshape(-1, 3).any(axis=1)
-    return tuple(edge for edge in ALONG if not np.any(held & _on_edge(mesh, edge) & (mesh.kinds == "d_e")))
+    edges = [edge for edge in ALONG if not (mesh.closed and edge[0] == "x")]
+    return tuple(edge for edge in edges if not np.any(held & _on_edge(mesh, edge) & (mesh.kinds == "d_e")))
 
 
 def _on_edge(mesh: Mesh, edge: str) -> np.ndarray:

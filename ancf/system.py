@@ -3,27 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly
+from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
+from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form
 from ancf.loads import EdgeMoment, Load
-from ancf.material import SaintVenantKirchhoff
+from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
+from ancf.pressure import FollowerPressure
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
 from ancf.subdomain import Feature, element_rule, signature
+
+if TYPE_CHECKING:
+    from ancf.contact import Contact
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
-Elements = QuadraticElements | PointElements
+Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
+Material = SaintVenantKirchhoff | MooneyRivlin
+RELAXED, REDUCED, FULL = "relaxed", "reduced", "full"
 MixedTerms = Sequence[tuple[float, Sequence[np.ndarray]]]
 
 
@@ -80,7 +88,9 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components, dead loads and moments; q, v, a are components (3 v,), sums over unknowns (u,).
+    """A body with held components, loads, dead and following, and what it may touch.
+
+    q, v, a are components (3 v,), sums over unknowns (u,).
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
@@ -93,6 +103,8 @@ class System:
     mass_values: np.ndarray
     lengths: np.ndarray
     moments: tuple[EdgeMoment, ...] = ()
+    pressures: tuple[FollowerPressure, ...] = ()
+    contact: Contact | None = None
 
     @property
     def unknowns(self) -> int:
@@ -116,16 +128,28 @@ class System:
             total += load.factor(t) * load.force
         return total
 
-    def moments_total(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Moments that turn with their edges (3 v,) at time t."""
-        return sum((moment.force(q, t) for moment in self.moments), np.zeros_like(q))
+    def following_total(self, q: np.ndarray, t: float) -> np.ndarray:
+        """Loads that follow the motion (3 v,) at time t: moments that turn with their edges, follower pressures."""
+        return sum((load.force(q, t) for load in (*self.moments, *self.pressures)), np.zeros_like(q))
 
-    def tangent_static(self, q: np.ndarray, t: float) -> np.ndarray:
-        """Values (nnz,) of the tangent of the internal force less the loads at time t."""
-        data = self.tangent(q)
+    def force_following(self, q: np.ndarray, t: float) -> np.ndarray:
+        """The same on the unknowns (u,)."""
+        return self.following_total(q, t)[self.assembly.free]
+
+    def tangent_loaded(self, q: np.ndarray, t: float, more: Terms = ()) -> np.ndarray:
+        """Values (nnz,) of the tangent of the internal force less the loads at time t. more: as in `tangent`."""
+        data = self.tangent(q, more)
         for moment in self.moments:
             couple(self.assembly, moment.row, -moment.stiffness(q, t), data)
+        for pressure in self.pressures:
+            data += self._faces.matrix(pressure.stiffness(q, t))
         return data
+
+    @cached_property
+    def _faces(self) -> Assembly:
+        """Sums over the faces of all elements, in the order of the mesh."""
+        mesh, assembly = self.body.mesh, self.assembly
+        return on_pattern(mesh.connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -167,29 +191,40 @@ def body(
     mesh: Mesh,
     bands: Sequence[Feature],
     thickness: float,
-    material: SaintVenantKirchhoff,
+    material: Material,
     density: float,
     points: tuple[int, int, int],
     integration: str = "subdomain",
     pointwise: bool = False,
     free: Sequence[str] = (),
+    volumetric: str = RELAXED,
 ) -> Body:
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
     pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
-    free: free edges of the plate, for elements that have a layer there.
+    free: free edges of the plate, for elements that have a layer there; only St. Venant-Kirchhoff ones do.
+    volumetric: RELAXED, REDUCED or FULL, for Mooney-Rivlin material: see `compare.scene.AncfLevel`.
     Raises GeometryError where a groove leaves no material or a reference shape folds, ValueError where
     the points are too few for the element.
     """
-    free = free if mesh.shape.layer is not None and integration == "subdomain" else ()
+    linear = isinstance(material, SaintVenantKirchhoff)
+    free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
     divided = [*bands, *strips(mesh, thickness, free)]
-    parts = [_part(mesh, e, divided, thickness, points, integration, free) for e in first]
+
+    def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
+        return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]
+
+    parts = integrands(points)
     functions = np.array([part.S.shape[1] for part in parts])
     pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
     groups = [_group(mesh, parts, form_of, functions == count) for count in np.unique(functions)]
-    elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
+    if linear:
+        elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
+    else:
+        fewer = integrands(tuple(count - 1 for count in points)) if volumetric == REDUCED else None
+        elements = (_hyperelastic(groups[0], mesh, material, volumetric, fewer),)
     scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
     volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
@@ -210,11 +245,13 @@ class _Group(NamedTuple):
     connectivity: np.ndarray
 
 
-def _part(mesh: Mesh, e: int, bands, thickness: float, points, integration: str, free: Sequence[str]) -> Integrand:
+def _part(
+    mesh: Mesh, e: int, bands, thickness: float, points, integration: str, free: Sequence[str], enhanced: bool
+) -> Integrand:
     """Integrand of an element."""
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
     rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e))
-    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free))
+    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free), enhanced)
 
 
 def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.ndarray) -> _Group:
@@ -231,6 +268,22 @@ def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwi
         return PointElements(tuple(parts[g] for g in form_of), material)
     first = connectivity[np.unique(form_of, return_index=True)[1]]
     return _pre_integrated(parts, material, mesh.vectors[first], form_of, mesh)
+
+
+def _hyperelastic(
+    group: _Group, mesh: Mesh, material: MooneyRivlin, volumetric: str, fewer: Sequence[Integrand] | None
+) -> HyperelasticElements | SplitElements:
+    """Elements of Mooney-Rivlin material. fewer: integrands of the reduced volumetric energy."""
+    shear = SHEAR if mesh.shape.shear is not None and volumetric == RELAXED else 1.0
+
+    def elements(law: MooneyRivlin, parts: Sequence[Integrand]) -> HyperelasticElements:
+        forms = tuple(map(form, parts))
+        return HyperelasticElements(law, forms, group.form_of, volumetric == RELAXED, shear)
+
+    if fewer is None:
+        return elements(material, group.parts)
+    isochoric, only_volume = replace(material, bulk=0.0), replace(material, mu10=0.0, mu01=0.0)
+    return SplitElements(elements(isochoric, group.parts), elements(only_volume, fewer))
 
 
 def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
@@ -303,9 +356,14 @@ def form_bytes(functions: int) -> int:
 
 
 def system(
-    plate: Body, held: np.ndarray, loads: Sequence[Load], thickness: float, moments: Sequence[EdgeMoment] = ()
+    plate: Body,
+    held: np.ndarray,
+    loads: Sequence[Load],
+    thickness: float,
+    moments: Sequence[EdgeMoment] = (),
+    pressures: Sequence[FollowerPressure] = (),
 ) -> System:
-    """The body with held components (3 v,), dead loads and moments."""
+    """The body with held components (3 v,), dead loads, moments and follower pressures."""
     coupled = [np.flatnonzero(moment.row) for moment in moments]
     mesh = plate.mesh
     sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held, coupled)
@@ -320,7 +378,7 @@ def system(
         "d_l": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
-    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments))
+    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments), tuple(pressures))
 
 
 def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 from compare.treads import PREFIX
 
 if TYPE_CHECKING:
-    from compare.scene import Feature, Load, Scene
+    from compare.scene import Feature, Load, Material, Scene
+
+SURFACES = {
+    "rectangle": ("rectangle", " m"),
+    "nurbs": ("NURBS patch", " (NURBS parameters)"),
+    "revolved": ("revolved section", " (angle in rad, NURBS parameter)"),
+}
 
 
 def explain(scene: Scene, budget: str, solvers: dict[str, str]) -> list[str]:
@@ -37,13 +43,13 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
         bands.append(("tread", _tread(scene)))
     density = "" if material.density is None else f", density {material.density:g} kg/m³"
     span = " and ".join(f"{axis} {_span(limits)}" for axis, limits in zip("xy", scene.surface.span, strict=True))
-    flat = scene.surface.kind == "rectangle"
-    unit = " m" if flat else " (NURBS parameters)"
+    surface, unit = SURFACES[scene.surface.kind]
+    closed = ", closed" if scene.surface.closed else ""
     second = " s" if analysis.kind == "dynamic" else ""
     found = [
-        ("plate", f"{'rectangle' if flat else 'NURBS patch'}, {span}{unit}, {scene.thickness:g} m thick"),
+        ("plate", f"{surface}, {span}{unit}{closed}, {scene.thickness:g} m thick"),
         *bands,
-        ("material", f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}{density}"),
+        ("material", f"{_material(material)}{density}"),
         *_supports(scene),
         *[("load", _load(load, second)) for load in scene.loads],
     ]
@@ -56,6 +62,13 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
     found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
     return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
+
+
+def _material(material: Material) -> str:
+    if material.kind == "svk":
+        return f"St. Venant-Kirchhoff, E {material.youngs_modulus:g} Pa, ν {material.poissons_ratio:g}"
+    constants = f"μ10 {material.mu10:g} Pa, μ01 {material.mu01:g} Pa, k {material.bulk_modulus:g} Pa"
+    return f"{'Mooney-Rivlin' if material.mu01 else 'neo-Hookean'}, {constants}"
 
 
 def _supports(scene: Scene) -> list[tuple[str, str]]:
@@ -101,7 +114,7 @@ def _load(load: Load, second: str) -> str:
         "edge": lambda: f" on {load.edge}",
         "patch": lambda: f" on x {_span(load.region[0])}, y {_span(load.region[1])}",
         "gravity": lambda: "",
-        "pressure": lambda: f" into the {load.face} face, dead",
+        "pressure": lambda: f" into the {load.face} face, {'following it' if load.follower else 'dead'}",
         "moment": lambda: f" on {load.edge}, turning with it",
     }[load.kind]()
     history = load.history

@@ -12,14 +12,14 @@ because kernels chosen by it change rounding only.
 from __future__ import annotations
 
 import json
-import os
 import platform
 import subprocess
-import tempfile
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+from compare.files import write_text
 
 SCHEMA = 1
 SAME = 1e-6
@@ -148,7 +148,7 @@ def accept(rows: list[Row], reason: str, scene: str, path: Path) -> dict[str, An
         "rows": [{key: row[key] for key in (CASE, *IDENTITY, "value", "unit") if key in row} for row in rows],
         "accepts": [*accepts, entry],
     }
-    _write(path, json.dumps(baseline, indent=1, allow_nan=False) + "\n")
+    write_text(path, json.dumps(baseline, indent=1, allow_nan=False) + "\n")
     return baseline
 
 
@@ -198,12 +198,3 @@ def commit(folder: Path) -> str | None:
         return subprocess.run(command, capture_output=True, text=True, check=True, timeout=20).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return None
-
-
-def _write(path: Path, text: str) -> None:
-    """Write in one atomic step."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8") as file:
-        file.write(text)
-    os.chmod(file.name, 0o644)
-    os.replace(file.name, path)

@@ -10,9 +10,11 @@ from __future__ import annotations
 
 import html
 import io
+import json
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import matplotlib
 import numpy as np
@@ -23,6 +25,8 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocato
 
 INK = "#123456"  # stands for the page's text colour until the drawing is themed
 SIZE = (5.6, 3.7)
+SERIES = "series-"  # begins the name of a line that the page's script knows
+POINTS_PER_INCH = 72  # units of the drawing
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,7 @@ ROLES = {
     "reference": Look("#d55e00", "--reference", "s", "-"),
     "paper": Look("#009e73", "--paper", "D", ""),
     "difference": Look("#cc79a7", "--difference", "v", "-"),
+    "third": Look("#b8a800", "--third", "X", "-."),
 }
 
 SETTINGS = {
@@ -161,18 +166,38 @@ def history_plot(
         for path in paths:
             look = ROLES[path.role]
             style = "-" if path.role == "ancf" else (0, (5, 2))
-            panels[0].plot(path.x, path.y, color=look.colour, linestyle=style, label=path.label, marker="")
+            gid = _gid(panels[0])
+            panels[0].plot(path.x, path.y, color=look.colour, linestyle=style, label=path.label, marker="", gid=gid)
             panels[0].plot(path.x[-1:], path.y[-1:], color=look.colour, marker=look.marker, linestyle="")
         panels[0].set_ylabel(labels[1])
         if residual:
             panels[1].axhline(0.0, color=INK, linewidth=0.8)
-            panels[1].plot(residual.x, residual.y, color=ROLES[residual.role].colour, label=residual.label)
+            colour = ROLES[residual.role].colour
+            panels[1].plot(residual.x, residual.y, color=colour, label=residual.label, gid=_gid(panels[1]))
             panels[1].set_ylabel("diff. (mm)")
             panels[1].yaxis.set_major_locator(MaxNLocator(3))
         panels[-1].set_xlabel(labels[0])
         _legend(figure, *panels)
 
     return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.15))
+
+
+def map_plot(
+    name: str, title: str, about: str, x: Sequence[float], y: Sequence[float], values: Sequence[float], label: str
+) -> str:
+    """Values at points (x, y) in m as coloured dots; none where the value is zero, only a small cross. SVG text."""
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        at, size = np.column_stack([x, y]), np.asarray(values, float)
+        none = size <= 0
+        axes.plot(*at[none].T, color=INK, marker="x", linestyle="none", markersize=3.5, alpha=0.45, label="not pressed")
+        shown = axes.scatter(*at[~none].T, c=size[~none], cmap="viridis", s=26, vmin=0.0, label="pressed")
+        figure.colorbar(shown, ax=axes, label=label)
+        axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+        _legend(figure, axes)
+
+    return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.2))
 
 
 def bar_plot(name: str, title: str, about: str, bars: Sequence[Bar], xlabel: str) -> str:
@@ -203,7 +228,12 @@ def _line(axes, series: Series) -> None:
     look = ROLES[series.role]
     hollow = {"fillstyle": "none", "markersize": 10} if series.role == "paper" else {}
     style = {"color": look.colour, "marker": look.marker, "linestyle": look.line or "none", **hollow}
-    axes.plot(series.x, series.y, label=series.label, **style)
+    axes.plot(series.x, series.y, label=series.label, gid=_gid(axes), **style)
+
+
+def _gid(axes) -> str:
+    """Name of the next line of a plot that a reader may ask for values and switch off."""
+    return f"{SERIES}{sum(len(panel.lines) for panel in axes.figure.axes)}"
 
 
 def _limit(left, right, place: int, limit: Limit) -> None:
@@ -253,10 +283,34 @@ def _draw(name: str, title: str, about: str, paint: Callable[[Figure], None], si
             axes.patch.set_alpha(0.0)
         file = io.StringIO()
         figure.savefig(file, format="svg")
-    return _themed(file.getvalue(), name, title, about)
+    return _themed(file.getvalue(), name, title, about, _points(figure))
 
 
-def _themed(svg: str, name: str, title: str, about: str) -> str:
+def _points(figure: Figure) -> list[dict[str, Any]]:
+    """The named lines as the page's script reads them: label, axes, values (6 digits) and places in the drawing."""
+    found, (_, high) = [], figure.get_size_inches() * POINTS_PER_INCH
+    xlabels = [axes.get_xlabel() for axes in figure.axes if axes.get_xlabel()]
+    for line in (line for axes in figure.axes for line in axes.lines if (line.get_gid() or "").startswith(SERIES)):
+        axes, values = line.axes, np.column_stack([line.get_xdata(), line.get_ydata()]).astype(float)
+        at = axes.transData.transform(values) * POINTS_PER_INCH / figure.dpi
+        seen = np.isfinite(at).all(axis=1)
+        look = next(look for look in ROLES.values() if look.colour == line.get_color())
+        found.append(
+            {
+                "id": line.get_gid(),
+                "label": line.get_label(),
+                "colour": f"var({look.variable})",
+                "xlabel": axes.get_xlabel() or (xlabels[-1] if xlabels else ""),
+                "ylabel": axes.get_ylabel(),
+                "x": [float(f"{x:.6g}") for x in values[seen, 0]],
+                "y": [float(f"{y:.6g}") for y in values[seen, 1]],
+                "at": [[round(x, 1), round(high - y, 1)] for x, y in at[seen].tolist()],
+            }
+        )
+    return found
+
+
+def _themed(svg: str, name: str, title: str, about: str, points: Sequence[dict[str, Any]]) -> str:
     """Matplotlib's document as an inline element: no prologue, date or global style, colours from the page."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>|<style type=\"text/css\">.*?</style>|<!--.*?-->", "", svg, flags=re.S)
@@ -265,12 +319,38 @@ def _themed(svg: str, name: str, title: str, about: str) -> str:
     for look in ROLES.values():
         svg = svg.replace(look.colour, f"var({look.variable}, {look.colour})")
     used = set(re.findall(r"(?:href=\"#|url\(#)([^\")]+)", svg))
+    svg = re.sub(rf' id="({SERIES}\d+)"', r' data-series="\1"', svg)
     svg = re.sub(r" id=\"([^\"]+)\"", lambda found: found[0] if found[1] in used else "", svg)
     svg = re.sub(r"font: ([\d.]+px) [^;\"]+", r"font-size: \1", svg)
     box = re.search(r"viewBox=\"[^\"]+\"", svg)[0]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" {box} role="img" aria-labelledby="{name}-title {name}-about" '
-        f'class="plot" stroke-linejoin="round"><title id="{name}-title">{html.escape(title)}</title>'
+        f'class="plot" stroke-linejoin="round"{_stated(points)}><title id="{name}-title">{html.escape(title)}</title>'
         f'<desc id="{name}-about">{html.escape(about)}</desc>'
     )
     return re.sub(r"<svg[^>]*>", lambda _: head, svg, count=1)
+
+
+def _stated(points: Sequence[dict[str, Any]]) -> str:
+    """The attribute that holds the lines of a drawing; none where it has no lines."""
+    if not points:
+        return ""
+    return f' data-points="{html.escape(json.dumps(points, allow_nan=False, separators=(",", ":")))}"'
+
+
+def trend_plot(
+    name: str, title: str, about: str, series: Sequence[Series], bar: float, ylabel: str = "part of the bar (%)"
+) -> str:
+    """Percentages over the number of the run, with the bar as a line, as SVG text."""
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        axes.axhline(bar, color=INK, linewidth=1.2, linestyle=(0, (4, 2)))
+        for line in series:
+            _line(axes, line)
+        axes.set(xlabel="run", ylabel=ylabel)
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.set_ylim(bottom=0.0)
+        _legend(figure, axes)
+
+    return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.1))

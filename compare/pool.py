@@ -12,6 +12,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -125,7 +126,8 @@ def work(next_task: Callable[[list[Job]], Any], jobs: int, show: Callable[[list[
                 show(running)
         finally:
             for job in running:
-                job.process.kill()
+                with suppress(ProcessLookupError):
+                    os.killpg(job.process.pid, signal.SIGKILL)  # with the programs that it started
                 job.process.wait()
 
 

@@ -1,4 +1,4 @@
-"""Report: tables, figures and pictures as one HTML page that needs neither network nor scripts.
+"""Report: tables, figures and pictures as one HTML page that needs no network, and no scripts to be read.
 
 A page is a list of sections, a section a list of blocks; the template draws each kind of block in its
 own way. Nothing numeric is computed here: numbers are formatted, and each one on the page carries its
@@ -8,10 +8,11 @@ full value as <data value="...">, the same double that the JSON beside the page 
 from __future__ import annotations
 
 import base64
+import hashlib
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,10 +20,14 @@ from typing import Any, ClassVar
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 
+from compare.bodies import Body
 from compare.figures import Picture
+from compare.files import write_text
 from compare.verdict import Figure
 
 DASH = "–"
+SCRIPTS = ("start.js", "tables.js", "plots.js")
+VIEWER = ("scene3d.js", "viewer.js")
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,8 @@ class Commands:
 class Column:
     """One column of a table: key of the row, header, format, unit, hint, and the heading it shares with neighbours.
 
-    form: a format of numbers, "text" for words on one line, "wrap" for words on several.
+    form: a format of numbers, "text" for words on one line, "wrap" for words on several, "tag" for a verdict,
+    "link" for a Link.
     """
 
     key: str
@@ -66,12 +72,23 @@ class Column:
     @property
     def css(self) -> str:
         """Class of the column's cells."""
-        return self.form if self.form in ("text", "wrap") else "num"
+        return {"text": "text", "tag": "text", "wrap": "wrap", "link": "wrap"}.get(self.form, "num")
+
+
+@dataclass(frozen=True)
+class Link:
+    """A cell that opens another page: address, percent-encoded, and its words."""
+
+    href: str
+    text: str
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under columns. `notes` are printed below it; a row's "status" other than "ok" marks the row."""
+    """Rows under columns. `notes` are printed below it; a row's "status" other than "ok" marks the row.
+
+    A row whose "run" names one of the page's bodies opens it in three dimensions.
+    """
 
     kind: ClassVar[str] = "table"
     caption: str
@@ -120,7 +137,16 @@ class Facts:
     pairs: Sequence[tuple[str, Any]]
 
 
-Block = Text | Bullets | Commands | Table | Verdict | Plots | Gallery | Facts
+@dataclass(frozen=True)
+class Bodies:
+    """Surfaces that rows of the page's tables open in three dimensions; left_out: why others are not here."""
+
+    kind: ClassVar[str] = "bodies"
+    items: Sequence[Body]
+    left_out: str = ""
+
+
+Block = Text | Bullets | Commands | Table | Verdict | Plots | Gallery | Facts | Bodies
 
 
 @dataclass(frozen=True)
@@ -157,7 +183,13 @@ def number(value: Any, form: str) -> Markup:
 
 def cell(row: dict[str, Any], column: Column) -> Markup:
     """A row's cell under a column."""
-    return number(row.get(column.key), column.form)
+    value = row.get(column.key)
+    if isinstance(value, Link):
+        return Markup('<a href="{}">{}</a>').format(value.href, value.text)
+    if column.form == "tag":
+        look = value if value in ("met", "missed") else "idle"
+        return Markup('<span class="tag {}">{}</span>').format(look, value)
+    return number(value, column.form)
 
 
 def data_uri(picture: Picture) -> str:
@@ -166,7 +198,7 @@ def data_uri(picture: Picture) -> str:
 
 
 def render(page: Page) -> str:
-    """The page as HTML text."""
+    """The page as HTML text. Its policy lets run the scripts of this package alone, known by their hash."""
     environment = Environment(
         loader=PackageLoader("compare"),
         autoescape=True,
@@ -176,17 +208,40 @@ def render(page: Page) -> str:
     )
     environment.filters |= {"number": number, "data_uri": data_uri}
     environment.globals |= {"cell": cell}
-    return environment.get_template("page.html.j2").render(page=page, safe=Markup)
+    text = script(any(block.kind == "bodies" for section in page.sections for block in section.blocks))
+    digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")
+    drawn = environment.get_template("page.html.j2")
+    return drawn.render(page=page, safe=Markup, script=Markup(text), digest=digest)
+
+
+def script(bodies: bool) -> str:
+    """The scripts of a page; the viewer only where there are bodies to view."""
+    folder = Path(__file__).parent / "templates"
+    names = (*SCRIPTS, *(VIEWER if bodies else ()))
+    return "\n" + "\n".join((folder / name).read_text(encoding="utf-8") for name in names)
 
 
 def write(folder: Path, name: str, page: Page, content: dict[str, Any]) -> Path:
-    """Write <name>.html and <name>.json into `folder`; returns the page's path.
+    """Write <name>.html and <name>.json into `folder`, extend its history and its index; returns the page's path.
 
     Raises ValueError where the content holds a number that JSON cannot say (NaN or infinity).
     """
+    from compare import history, index, trend
+
     folder.mkdir(parents=True, exist_ok=True)
+    content = {"title": page.title, **content}
     text = json.dumps(content, indent=1, allow_nan=False, ensure_ascii=False)
-    (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+    history.append(folder, history.record(name, content))
+    page = _with(page, trend.section(history.read(folder, name)))
     path = folder / f"{name}.html"
-    path.write_text(render(page), encoding="utf-8")
+    write_text(path, render(page))
+    write_text(folder / f"{name}.json", text + "\n")
+    index.write(folder)
     return path
+
+
+def _with(page: Page, section: Section | None) -> Page:
+    """The page with a section before its last one, which is the provenance."""
+    if section is None:
+        return page
+    return replace(page, sections=[*page.sections[:-1], section, *page.sections[-1:]])

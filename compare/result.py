@@ -7,17 +7,19 @@ version, scene, solver, level, scalars). NumPy alone reads it.
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from dataclasses import dataclass, field
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-SCHEMA = 2  # 2 added frequencies
-READABLE = (1, 2)
+from compare.files import replacing
+
+SCHEMA = 3  # 2 added frequencies, 3 contact
+READABLE = (1, 2, 3)
 OK = "ok"
+MOST = 8  # shots of a path
 
 
 class ResultError(ValueError):
@@ -31,6 +33,7 @@ class Outline:
     points (n, 3) reference positions in m, displacement (n, 3) in m at the last output time, or modes
     (k, n, 3): shapes of vibration, each scaled to the largest displacement 1; displacement is then zero.
     triangles (m, 3) indices of points, edges (k, 2) indices of points: lines of the mesh to draw.
+    path (s, n, 3): displacement in m at the outputs path_index (s,), a few on the way to the last one.
     """
 
     points: np.ndarray
@@ -38,6 +41,45 @@ class Outline:
     triangles: np.ndarray
     edges: np.ndarray
     modes: np.ndarray | None = None
+    path: np.ndarray | None = None
+    path_index: np.ndarray | None = None
+
+
+@dataclass
+class Shots:
+    """States on the way, evenly spaced however many outputs there will be: at most MOST of them, and at least half."""
+
+    index: list[int] = field(default_factory=list)
+    states: list[np.ndarray] = field(default_factory=list)
+    stride: int = 1
+
+    def take(self, output: int, state: np.ndarray) -> None:
+        """Keep the state of an output, counted from 0, if it is its turn; the first one is rest and never kept."""
+        if output == 0 or output % self.stride:
+            return
+        self.index.append(output)
+        self.states.append(state.copy())
+        if len(self.index) > MOST:
+            self.stride *= 2
+            self.index, self.states = self.index[1::2], self.states[1::2]
+
+
+@dataclass(frozen=True)
+class Contact:
+    """What the obstacles did to the plate.
+
+    force (t, o, 3): resultant on the plate (N) of each obstacle, in the scene's order, at each output time.
+    area (t, o): of the undeformed face (m2) that is pressed; with law "points" the number of pressed points.
+    points (n, 3): reference coordinates (x, y, z) of the contact points on the plate's true face.
+    share (n,): area (m2) that each stands for; 1 with law "points".
+    pressure (n,): normal traction (Pa; N with law "points") there at the last output time.
+    """
+
+    force: np.ndarray
+    area: np.ndarray
+    points: np.ndarray
+    share: np.ndarray
+    pressure: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -48,8 +90,10 @@ class Result:
     as JSON values. h: length of an element's edge (m) that convergence is measured against.
     times (t,); probes: names; probe_position (p, 3) reference position of each probe (of a patch
     its mean); displacement (t, p, 3). energies: kind -> (t,), for example "kinetic", "strain",
-    "external" (work done by the loads). status: "ok", or the name of the failure; then the arrays
-    end at the last time that was reached. facts: further scalars worth a look, for example volume.
+    "external" (work done by the loads); with obstacles also "contact" (stored by their springs) and
+    "dissipated" (spent by their dampers and friction). contact: where the scene has obstacles.
+    status: "ok", or the name of the failure; then the arrays end at the last time that was reached.
+    facts: further scalars worth a look, for example volume.
     load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
     the length of the path, in units of the linear response to a load parameter of 1.
     frequencies (k,): natural frequencies in Hz, ascending, where the scene asks for modes: there are then
@@ -78,32 +122,51 @@ class Result:
     outline: Outline | None = None
     load_parameter: np.ndarray | None = None
     frequencies: np.ndarray | None = None
+    contact: Contact | None = None
 
     def position(self, probe: str) -> np.ndarray:
         """Path of a probe (t, 3) in m."""
         index = self.probes.index(probe)
         return self.probe_position[index] + self.displacement[:, index]
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: scene, solver, level, status and the answers, every word escaped."""
+        pairs = {"scene": self.scene.get("name"), "solver": f"{self.solver} {self.version}", "status": self.status}
+        pairs |= {"h": f"{self.h:.4g} m", "unknowns": self.unknowns, "wall time": f"{self.seconds:.3g} s"}
+        if len(self.times):
+            places = {name: self.position(name)[-1].tolist() for name in self.probes}
+            pairs |= {f"{name} at {self.times[-1]:.4g}": _meters(place) for name, place in places.items()}
+        if self.frequencies is not None:
+            pairs["frequencies"] = ", ".join(f"{hertz:.5g}" for hertz in self.frequencies) + " Hz"
+        cells = "".join(f"<tr><th>{escape(str(k))}</th><td>{escape(str(v))}</td></tr>" for k, v in pairs.items())
+        return f"<table>{cells}</table>"
+
+
+def _meters(place: list[float]) -> str:
+    return f"({', '.join(f'{x:.5f}' for x in place)}) m"
+
 
 ARRAYS = ("times", "probe_position", "displacement")
 OPTIONAL = ("frequencies", "load_parameter")
-OUTLINE = ("points", "displacement", "triangles", "edges", "modes")
+PARTS = {
+    "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index")),
+    "contact": (Contact, ("force", "area", "points", "share", "pressure")),
+}
 
 
 def save(result: Result, path: Path) -> None:
     """Write a result to `path` (.npz) in one atomic step: a killed run leaves the old file or none."""
-    elsewhere = (*ARRAYS, *OPTIONAL, "energies", "outline")
+    elsewhere = (*ARRAYS, *OPTIONAL, *PARTS, "energies")
     header = {key: value for key, value in vars(result).items() if key not in elsewhere}
     header = {"schema": SCHEMA, **header}
     arrays = {name: getattr(result, name) for name in (*ARRAYS, *OPTIONAL)}
     arrays |= {f"energy.{kind}": values for kind, values in result.energies.items()}
-    if result.outline is not None:
-        arrays |= {f"outline.{name}": getattr(result.outline, name) for name in OUTLINE}
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".part", delete=False) as file:
-        stated = {name: values for name, values in arrays.items() if values is not None}
+    for part, (_, names) in PARTS.items():
+        if (own := getattr(result, part)) is not None:
+            arrays |= {f"{part}.{name}": getattr(own, name) for name in names}
+    stated = {name: values for name, values in arrays.items() if values is not None}
+    with replacing(path) as file:
         np.savez_compressed(file, header=np.array(json.dumps(header)), **stated)
-    os.replace(file.name, path)
 
 
 def load(path: Path) -> Result:
@@ -114,12 +177,26 @@ def load(path: Path) -> Result:
         header = json.loads(str(arrays.pop("header")))
     except Exception as error:
         raise ResultError(f"{path}: not a result file: {error}") from error
-    schema = header.pop("schema", None)
+    schema = header.pop("schema", None) if isinstance(header, dict) else None
     if schema not in READABLE:
         raise ResultError(f"{path}: result schema {schema}, this version reads {' and '.join(map(str, READABLE))}")
+    try:
+        return _read(header, arrays)
+    except (KeyError, TypeError) as error:
+        raise ResultError(f"{path}: not a result of schema {schema}: {type(error).__name__}: {error}") from error
+
+
+def _read(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Result:
+    """The result of a file's header and arrays; arrays that this version does not know are left alone."""
     header["probes"] = tuple(header["probes"])
     energies = {name.removeprefix("energy."): arrays[name] for name in arrays if name.startswith("energy.")}
-    drawn = {name: arrays[f"outline.{name}"] for name in OUTLINE if f"outline.{name}" in arrays}
-    outline = Outline(**drawn) if drawn else None
     found = {name: arrays[name] for name in ARRAYS} | {name: arrays.get(name) for name in OPTIONAL}
-    return Result(**header, **found, energies=energies, outline=outline)
+    parts = {part: _part(arrays, part) for part in PARTS}
+    return Result(**header, **found, **parts, energies=energies)
+
+
+def _part(arrays: dict[str, np.ndarray], part: str) -> Outline | Contact | None:
+    """A part of the result, None where the file has none."""
+    kind, names = PARTS[part]
+    own = {name: arrays[f"{part}.{name}"] for name in names if f"{part}.{name}" in arrays}
+    return kind(**own) if own else None

@@ -4,27 +4,31 @@ A scene states; it computes nothing that a solver uses: dimensions, material con
 curves, supports, loads, probes and output times. No stiffness, interpolation or integration lives
 here, because whatever shared code computed, both solvers would get wrong together.
 
-Reference coordinates (x, y, z): x and y are the parameters of the mid-surface (metres on a
-rectangle, knot values on a NURBS patch), z is the distance from the mid-surface along its normal,
-in metres. Edges of the plate are named x0, x1, y0, y1: the side where that parameter is least or
-greatest. "bottom" is the face of negative z, "top" that of positive z.
+Reference coordinates (x, y, z): x and y are the parameters of the mid-surface (metres on a rectangle, knot values
+on a NURBS patch, angle and knot value on a revolved section), z is the distance from it along its normal in metres.
+Edges of the plate are named x0, x1, y0, y1: the side where that parameter is least or greatest. "bottom" is the
+face of negative z, "top" that of positive z.
 """
 
 from __future__ import annotations
 
+import math
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
+from compare.scene_contact import Obstacle
 from compare.scene_errors import SceneError, describe
 from compare.scene_outline import Outlined
 from compare.scene_parts import (
+    Component,
     Count,
     Interval,
     Load,
+    Material,
     Number,
     Pair,
     Part,
@@ -41,6 +45,7 @@ from compare.treads import grooves as tread_grooves
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
 SHIPPED = Path(__file__).parent / "scenes"
+TURN = 1e-9  # rad: so near to 2 pi is a full turn
 
 Budget = Literal["quick", "standard", "full"]
 
@@ -51,6 +56,7 @@ class Rectangle(Part):
     kind: Literal["rectangle"]
     length: Positive
     width: Positive
+    closed: ClassVar[bool] = False
 
     @property
     def span(self) -> tuple[Interval, Interval]:
@@ -66,6 +72,7 @@ class NurbsPatch(Part):
     knots: Annotated[tuple[tuple[Number, ...], tuple[Number, ...]], exactly(2, "knot vectors")]
     control_points: tuple[tuple[Vector, ...], ...]
     weights: tuple[tuple[Positive, ...], ...] | None = None
+    closed: ClassVar[bool] = False
 
     @property
     def span(self) -> tuple[Interval, Interval]:
@@ -73,7 +80,40 @@ class NurbsPatch(Part):
         return tuple((knots[0], knots[-1]) for knots in self.knots)
 
 
-Surface = Annotated[Rectangle | NurbsPatch, Field(discriminator="kind")]
+class Section(Part):
+    """NURBS curve (paper Eq. 3) through (along, radius): along an axis and away from it, in metres."""
+
+    degree: Count
+    knots: tuple[Number, ...]
+    control_points: tuple[Interval, ...]
+    weights: tuple[Positive, ...] | None = None
+
+
+class Revolved(Part):
+    """A section turned about an axis through the origin of space; x is the angle in rad, y the section's parameter.
+
+    The angle is 0 on the axis of space that follows the axis of revolution in the order X, Y, Z, X, and grows
+    toward the one after that: about Y from Z toward X. The normal points away from the axis where the section's
+    parameter grows along it. A range of 2 pi is a closed ring: its seam is no edge.
+    """
+
+    kind: Literal["revolved"]
+    axis: Component
+    angle: Interval
+    section: Section
+
+    @property
+    def span(self) -> tuple[Interval, Interval]:
+        """Range of the angle, and first and last knot of the section."""
+        return self.angle, (self.section.knots[0], self.section.knots[-1])
+
+    @property
+    def closed(self) -> bool:
+        """Whether the angle runs through a full turn."""
+        return abs(self.angle[1] - self.angle[0] - 2 * math.pi) <= TURN
+
+
+Surface = Annotated[Rectangle | NurbsPatch | Revolved, Field(discriminator="kind")]
 
 
 class Profile(Part):
@@ -119,15 +159,6 @@ Feature = Annotated[
     Annotated[Band, Tag("band")] | Annotated[Outlined, Tag("outlined")],
     Discriminator(lambda value: "outlined" if _has(value, "outline") else "band"),
 ]
-
-
-class Material(Part):
-    """Young's modulus E (Pa), Poisson's ratio nu, density (kg/m3) of a St. Venant-Kirchhoff solid."""
-
-    kind: Literal["svk"]
-    youngs_modulus: Positive
-    poissons_ratio: Number = 0.0
-    density: Positive | None = None
 
 
 class Initial(Part):
@@ -197,6 +228,10 @@ class AncfLevel(Part):
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
+    volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
+    "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
+    bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;
+    "full": not at all.
     integrator: "energy-momentum" keeps energy and momenta at any step; the others are cheaper per step.
     time_step: seconds, or the increment of the load parameter in statics; along an arc length no step is longer
     than the linear response to that increment; modes have none.
@@ -208,6 +243,7 @@ class AncfLevel(Part):
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
+    volumetric: Literal["relaxed", "reduced", "full"] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None
     budget: Budget = "standard"
@@ -315,6 +351,7 @@ class Scene(Part):
     material: Material
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
@@ -400,13 +437,22 @@ def _validated(data: dict[str, Any], origin: str) -> Scene:
     except ValidationError as error:
         raise SceneError([f"{origin}: {problem}" for problem in describe(error, data)]) from error
     if scene.tread is not None:
-        taken = (f"grooves.{i}.name = {band.name!r}: a tread's grooves have such names; state another"
-                 for i, band in enumerate(scene.grooves) if band.name.startswith(PREFIX))  # fmt: skip
-        _refuse(origin, taken)
-        stated = [*data.get("grooves", ()), *tread_grooves(scene.tread, scene.surface.span)]
-        scene = Scene.model_validate({**data, "grooves": stated})
+        scene = _with_tread(scene, origin)
     _refuse(origin, problems(scene))
     return scene
+
+
+def _with_tread(scene: Scene, origin: str) -> Scene:
+    """The scene with the grooves of its tread behind its own; those that were written out with it are these."""
+    stated = tread_grooves(scene.tread, scene.surface.span)
+    whole = Scene.model_validate({**scene.model_dump(exclude={"grooves"}, exclude_unset=True), "grooves": stated})
+    own, written = [], []
+    for i, band in enumerate(scene.grooves):
+        (written if band.name.startswith(PREFIX) else own).append((i, band))
+    if written and tuple(band for _, band in written) != whole.grooves:
+        reason = "a tread's grooves have such names; state another"
+        _refuse(origin, (f"grooves.{i}.name = {band.name!r}: {reason}" for i, band in written))
+    return whole.model_copy(update={"grooves": (*(band for _, band in own), *whole.grooves)})
 
 
 def _refuse(origin: str, problems: Iterable[str]) -> None:

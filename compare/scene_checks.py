@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, pairwise
 
@@ -9,12 +10,14 @@ from compare.scene import Analysis, Level, Region, Scene, names
 from compare.scene_errors import SceneError
 from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
 from compare.scene_parts import History
+from compare.scene_revolved import seam_problems
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
 TIMELESS = {
     "loads": "small vibrations about the undeformed plate, which no load has bent",
     "initial": "found without a motion",
+    "obstacles": "small vibrations of a plate that touches nothing",
     "probes": "told by their frequencies and have no height",
     "published": "told by their frequencies, published values are heights",
 }
@@ -24,19 +27,30 @@ LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy
 
 def problems(scene: Scene) -> Iterator[str]:
     """Problems of the scene but for its variants, each as "key = value: reason"."""
+    yield from _file_names(scene)
     yield from _repeated_names(scene)
     surface = list(surface_problems(scene))
     yield from surface
     if not surface:
         bands = list(band_problems(scene))
         yield from bands
+        yield from seam_problems(scene)
         yield from _misplaced_loads(scene)
         yield from _askew_symmetries(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
-    checks = (_material, _supports, *(timed if scene.analysis.kind != "modes" else (_timeless,)))
+    checks = (_material, _elements, _supports, _obstacles)
+    checks += timed if scene.analysis.kind != "modes" else (_timeless,)
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
+
+
+def _file_names(scene: Scene) -> Iterator[str]:
+    """Names that become files and modules: nothing in them may lead elsewhere."""
+    if not re.fullmatch(r"\w[\w .+-]{0,99}", scene.name):
+        yield f"name = {scene.name!r}: it names files; use 1 to 100 letters, digits, spaces and _ . + -, no . first"
+    if not scene.study.isidentifier():
+        yield f"study = {scene.study!r}: not the name of an exhibit"
 
 
 def _repeated_names(scene: Scene) -> Iterator[str]:
@@ -98,7 +112,7 @@ def _empty_region(scene: Scene, key: str, region: Region) -> Iterator[str]:
 
 
 def _material(scene: Scene) -> Iterator[str]:
-    nu, key = scene.material.poissons_ratio, "material.poissons_ratio"
+    nu, key = getattr(scene.material, "poissons_ratio", 0.0), "material.poissons_ratio"
     if nu == 0.5:
         yield f"{key} = 0.5: an incompressible St. Venant-Kirchhoff solid is singular; state -1 < nu < 0.5"
     elif not -1 < nu < 0.5:
@@ -109,6 +123,21 @@ def _material(scene: Scene) -> Iterator[str]:
         reasons += ["gravity"] * any(load.kind == "gravity" for load in scene.loads)
         if reasons:
             yield f"material.density: this key is missing; {' and '.join(reasons)} cannot do without mass"
+
+
+def _elements(scene: Scene) -> Iterator[str]:
+    """What levels state that the material has no use for, or no scheme."""
+    for key, level in _levels(scene):
+        stated = getattr(level, "volumetric", None)
+        if scene.material.kind == "svk":
+            if stated is not None:
+                yield f"{key}.volumetric = {stated!r}: for material.kind = 'mooney-rivlin' alone; leave this out"
+            continue
+        if level.integrator == "energy-momentum":
+            reason = "keeps the energy of an svk solid alone; state 'trapezoidal' or 'generalized-alpha'"
+            yield f"{key}.integrator = 'energy-momentum': {reason}"
+        if getattr(level, "enrich", None) is not None:
+            yield f"{key}.enrich = {level.enrich:g}: its indicator is that of an svk solid; leave this out"
 
 
 def _supports(scene: Scene) -> Iterator[str]:
@@ -127,9 +156,34 @@ def _supports(scene: Scene) -> Iterator[str]:
         yield "supports = []: statics without a support is singular; clamp an edge"
 
 
+def _obstacles(scene: Scene) -> Iterator[str]:
+    yield from _repeated(
+        [(f"obstacles.{i}.name", obstacle.name) for i, obstacle in enumerate(scene.obstacles)],
+        "this name is already taken by {first}",
+    )
+    for i, obstacle in enumerate(scene.obstacles):
+        key = f"obstacles.{i}"
+        for name in ("normal", "axis"):
+            if not any(getattr(obstacle.shape, name, (1.0,))):
+                yield f"{key}.shape.{name} = {_plain(getattr(obstacle.shape, name))}: needs a direction"
+        for name in ("stick_stiffness", "stick_damping"):
+            if getattr(obstacle, name) is not None and obstacle.friction == 0:
+                yield f"{key}.{name} = {getattr(obstacle, name):g}: nothing sticks without friction; leave this out"
+        if scene.analysis.kind == "static" and obstacle.damping:
+            yield f"{key}.damping = {obstacle.damping:g}: statics has no velocity; leave this out"
+        if getattr(scene.analysis, "follow", "load") == "arc-length":
+            yield f"{key}: an arc length follows dead loads only; state analysis.follow = 'load'"
+
+
 def _timeless(scene: Scene) -> Iterator[str]:
     """What a scene of modes states in vain: they are of the unloaded plate, have no time and no height."""
-    stated = {"loads": scene.loads, "initial": scene.initial, "probes": scene.probes, "published": scene.published}
+    stated = {
+        "loads": scene.loads,
+        "obstacles": scene.obstacles,
+        "initial": scene.initial,
+        "probes": scene.probes,
+        "published": scene.published,
+    }
     for key, value in stated.items():
         if value:
             yield f"{key}: modes are {TIMELESS[key]}; leave this out or state another analysis.kind"
@@ -171,8 +225,18 @@ def _pressures_and_moments(scene: Scene) -> Iterator[str]:
             bands = [(key, band) for key, band in all_bands(scene) if band.face == load.face]
             for key, _ in bands[:1]:
                 yield f"loads.{i}.face = {load.face!r}: {key} lies on it; a pressure on a grooved face is not modelled"
+            if load.follower:
+                yield from _follower(scene, i)
         elif load.kind == "moment":
             yield from _moment(scene, i)
+
+
+def _follower(scene: Scene, i: int) -> Iterator[str]:
+    """Schemes that take dead loads alone."""
+    for key, level in _levels(scene):
+        if level.integrator == "energy-momentum":
+            reason = "takes dead loads only; state 'trapezoidal' or 'generalized-alpha'"
+            yield f"{key}.integrator = 'energy-momentum': with loads.{i}.follower it {reason}"
 
 
 def _moment(scene: Scene, i: int) -> Iterator[str]:
@@ -240,6 +304,8 @@ def _path(scene: Scene) -> Iterator[str]:
         yield from _bent(f"loads.{i}.history", load.history, scene.analysis.until)
         if load.kind == "moment":
             yield f"loads.{i}.kind = 'moment': an arc length follows dead loads only; state analysis.follow = 'load'"
+        if getattr(load, "follower", False):
+            yield f"loads.{i}.follower = True: an arc length follows dead loads only; state analysis.follow = 'load'"
     if not any(len({factor for _, factor in load.history}) > 1 for load in scene.loads):
         yield f"{key}: no load grows with the load parameter; state the history of one, [[0, 0], [1, 1]]"
 

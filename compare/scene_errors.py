@@ -8,22 +8,10 @@ from typing import Any
 from pydantic import ValidationError
 
 SHOWN = 60
-TAGS = {
-    "rectangle",
-    "nurbs",
-    "point",
-    "edge",
-    "patch",
-    "gravity",
-    "pressure",
-    "moment",
-    "at",
-    "region",
-    "band",
-    "outlined",
-}
+TAGS = {"rectangle", "nurbs", "revolved", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
+TAGS |= {"band", "outlined"}
 TAGS |= {"clamp", "hold", "symmetry"}
-TAGS |= {"dynamic", "static", "modes"}
+TAGS |= {"dynamic", "static", "modes", "svk", "mooney-rivlin"}
 LADDERS = {"ancf", "reference"}
 REASONS = {
     "extra_forbidden": "unknown key",

@@ -13,6 +13,7 @@ import numpy as np
 from compare.scene import Band, Feature, Interval, NurbsPatch, Outlined, Profile, Scene
 from compare.scene_outline import nurbs_points, within
 from compare.scene_outline_checks import depths, own_problems, pair_problems
+from compare.scene_revolved import edge_of_ring, revolved_problems
 
 SAMPLES = 513  # of each knot span of a profile
 LEAST_MATERIAL = 1e-6  # of the thickness, that a groove must leave; a sampled depth is this exact
@@ -22,8 +23,12 @@ AXES = ("x", "y")
 
 
 def surface_problems(scene: Scene) -> Iterator[str]:
-    """Problems of a NURBS mid-surface; a rectangle has none left."""
+    """Problems of a NURBS or a revolved mid-surface; a rectangle has none left."""
     patch = scene.surface
+    if patch.kind == "revolved":
+        section = patch.section
+        yield from knot_problems("surface.section.knots", section.knots, section.degree, len(section.control_points))
+        yield from revolved_problems(patch)
     if patch.kind != "nurbs":
         return
     rows = [len(row) for row in patch.control_points]
@@ -67,14 +72,19 @@ def off_plane(scene: Scene, edge: str, normal: str) -> str | None:
     if patch.kind == "rectangle":
         own = "XY"["xy".index(edge[0])]
         return None if normal == own else f"the face of {edge} lies in a plane of normal {own}"
-    S, S_out, S_along = _edge_of(patch, edge)
-    size = np.ptp(np.array(patch.control_points).reshape(-1, 3), axis=0).max()
+    S, S_out, S_along = edge_of_ring(patch, edge, SAMPLES) if patch.kind == "revolved" else _edge_of(patch, edge)
+    size = np.abs(S).max() if patch.kind == "revolved" else _size(patch)
     if np.ptp(S[:, component]) > ROUND_OFF_PLANE * size:
         return f"the edge {edge} does not lie in a plane of this normal"
     director = np.cross(S_out, S_along)
     if np.abs(director[:, component]).max() > ROUND_OFF_PLANE * np.linalg.norm(director, axis=1).max():
         return f"the directors of the edge {edge} lean out of the plane of this normal"
     return None
+
+
+def _size(patch: NurbsPatch) -> float:
+    """Largest extent (m) of the control points."""
+    return float(np.ptp(np.array(patch.control_points).reshape(-1, 3), axis=0).max())
 
 
 def _edge_of(patch: NurbsPatch, edge: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -25,6 +25,7 @@ def exactly(count: int, what: str) -> BeforeValidator:
 
 
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False), AfterValidator(lambda value: value + 0.0)]
 Count = Annotated[int, Field(strict=True, gt=0)]
 Pair = exactly(2, "numbers")
@@ -120,11 +121,15 @@ class Gravity(Part):
 
 
 class Pressure(Part):
-    """Dead pressure (Pa, positive into the body) on a whole face, by area and normal of the undeformed face."""
+    """Pressure (Pa, positive into the body) on a whole face, by area and normal of the undeformed face: dead.
+
+    follower: by area and normal of the deformed face, as a gas presses.
+    """
 
     kind: Literal["pressure"]
     face: Literal["bottom", "top"]
     pressure: Number
+    follower: bool = False
     history: History = CONSTANT
 
 
@@ -147,3 +152,29 @@ Load = Annotated[
     PointLoad | EdgeLoad | PatchLoad | Gravity | Pressure | EdgeMoment,
     Field(discriminator="kind"),
 ]
+
+
+class SaintVenantKirchhoff(Part):
+    """Young's modulus E (Pa), Poisson's ratio nu, density (kg/m3) of a St. Venant-Kirchhoff solid."""
+
+    kind: Literal["svk"]
+    youngs_modulus: Positive
+    poissons_ratio: Number = 0.0
+    density: Positive | None = None
+
+
+class MooneyRivlin(Part):
+    """U = mu10 (I1' - 3) + mu01 (I2' - 3) + k/2 (J - 1)^2 in J/m3, k the bulk modulus; constants in Pa.
+
+    I1' = I1 J^(-2/3) and I2' = I2 J^(-4/3) are the invariants of the right Cauchy-Green tensor without its change
+    of volume. At rest the shear modulus is 2 (mu10 + mu01). mu01 = 0 is a neo-Hookean solid. density in kg/m3.
+    """
+
+    kind: Literal["mooney-rivlin"]
+    mu10: Positive
+    mu01: NotNegative = 0.0
+    bulk_modulus: Positive
+    density: Positive | None = None
+
+
+Material = Annotated[SaintVenantKirchhoff | MooneyRivlin, Field(discriminator="kind")]

@@ -24,7 +24,7 @@ def sketch(scene: Scene) -> Markup:
 
     A clamped edge is hatched, a held edge or corner stands on rollers beside the components held, a plane of
     symmetry is a chain line.
-    On a NURBS mid-surface the plan shows the parameters x and y, scaled to a square at most, and no section.
+    On a curved mid-surface the plan shows the parameters x and y, scaled to a square at most, and no section.
     """
     (x0, x1), (y0, y1) = scene.surface.span
     flat = isinstance(scene.surface, Rectangle)

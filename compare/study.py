@@ -14,12 +14,13 @@ import importlib.metadata
 import importlib.util
 import json
 import platform
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 from compare import pool
+from compare.files import sweep
 from compare.result import OK, Result, ResultError, load
 from compare.scene import BUDGETS, Level, Scene
 
@@ -28,6 +29,8 @@ LIBRARIES = {
     "ancf": ("numpy", "scipy"),
     "reference": ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "numba", "pymetis", "pypardiso", "mkl"),
 }
+LIBRARIES["calculix"] = (*LIBRARIES["reference"], "ccx")
+SOURCES = {"calculix": ("reports.calculix_solver", "compare.external.calculix", "reference_fe")}
 CONTRACT = ("scene.py", "result.py")
 
 
@@ -105,7 +108,18 @@ def run(
     with the state whenever it changes. reuse = False solves everything again. An interrupt ends the
     workers and leaves every finished result in place. Raises SceneError where a variant is wrong.
     """
-    units = plan(scenes, solvers, budget)
+    return solve(plan(scenes, solvers, budget), folder, jobs, report, reuse)
+
+
+def solve(
+    units: Sequence[Unit],
+    folder: Path,
+    jobs: int = 2,
+    report: Callable[[Progress], None] = lambda progress: None,
+    reuse: bool = True,
+) -> list[Entry]:
+    """Entries of the units, in their order; see `run`."""
+    sweep(folder)
     distinct = {unit.key: unit for unit in reversed(units)}  # a ladder's label before a variant's
     found = {key: _kept(unit, folder) for key, unit in distinct.items()} if reuse else {}
     entries = {key: entry for key, entry in found.items() if entry}
@@ -122,13 +136,17 @@ def run(
 
 def plan(scenes: list[Scene], solvers: dict[str, str], budget: str) -> list[Unit]:
     """Units of the ladders and of the sensitivity variants that the budget pays for."""
-    prints = {solver: fingerprint(solver, module) for solver, module in solvers.items()}
     return [
-        Unit(scene, variant, solver, module, level, key(scene, solver, level, prints[solver]))
+        unit(scene, variant, solver, module, level)
         for stated in scenes
         for solver, module in solvers.items()
         for scene, variant, level in _questions(stated, solver, budget)
     ]
+
+
+def unit(scene: Scene, variant: str | None, solver: str, module: str, level: Level) -> Unit:
+    """A unit under the key of all that its result depends on."""
+    return Unit(scene, variant, solver, module, level, key(scene, solver, level, fingerprint(solver, module)))
 
 
 def _questions(scene: Scene, solver: str, budget: str) -> Iterator[tuple[Scene, str | None, Level]]:
@@ -158,7 +176,7 @@ def key(scene: Scene, solver: str, level: Level, fingerprint: str) -> str:
 
 def fingerprint(solver: str, module: str) -> str:
     """Hash of the source of the solver's package, of the contract's files and of the libraries' versions."""
-    return _fingerprint(module.partition(".")[0], LIBRARIES.get(solver, LIBRARIES["ancf"]))
+    return _fingerprint(SOURCES.get(solver, (module.partition(".")[0],)), LIBRARIES.get(solver, LIBRARIES["ancf"]))
 
 
 def source_files(package: str) -> list[Path]:
@@ -170,9 +188,10 @@ def source_files(package: str) -> list[Path]:
     return sorted(Path(folders[0]).rglob("*.py")) if folders else [Path(spec.origin)]
 
 
-def _fingerprint(package: str, libraries: tuple[str, ...]) -> str:
+def _fingerprint(packages: tuple[str, ...], libraries: tuple[str, ...]) -> str:
     digest = hashlib.sha256()
-    for path in (*source_files(package), *(Path(__file__).parent / name for name in CONTRACT)):
+    files = [path for package in packages for path in source_files(package)]
+    for path in (*files, *(Path(__file__).parent / name for name in CONTRACT)):
         digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
     for name in ("python", *libraries):
         digest.update(f"{name} {version(name)}\0".encode())
@@ -184,6 +203,10 @@ def version(library: str) -> str | None:
     """Installed version of a library ("python": of the interpreter), None where it is not installed."""
     if library == "python":
         return platform.python_version()
+    if library == "ccx":
+        from compare.external import calculix
+
+        return calculix.version() if calculix.available() else None
     try:
         return importlib.metadata.version(library)
     except importlib.metadata.PackageNotFoundError:

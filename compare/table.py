@@ -25,6 +25,8 @@ import csv
 import io
 import json
 import math
+import re
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -107,7 +109,7 @@ def highest_order(entry: Entry) -> float:
     """Order that theory allows a series in the limit: a solid is singular at the re-entrant edges of a band
     with upright walls; without such edges there is no bound. A plate has no such edge in its kinematics."""
     bands = (*entry.scene.grooves, *entry.scene.protrusions)
-    singular = entry.solver == "reference" and any(getattr(band, "profile", None) is None for band in bands)
+    singular = entry.solver != "ancf" and any(getattr(band, "profile", None) is None for band in bands)
     return reentrant_order(1.5 * math.pi) if singular else math.inf
 
 
@@ -281,6 +283,8 @@ def _rule_agrees(entry: Entry) -> bool | None:
 
 def _index(entry: Entry) -> int:
     """Index of an entry's level in its series of the whole ladder, whatever the budget."""
+    if not hasattr(entry.scene, entry.solver):
+        return 0  # a third solver's levels are no ladder of the scene
     same = [level for level in entry.scene.ladder(entry.solver) if _kind(level) == _kind(entry.level)]
     return same.index(entry.level)
 
@@ -290,12 +294,13 @@ def as_json(table: list[Row]) -> str:
     return json.dumps(table, indent=1, allow_nan=False)
 
 
-def as_csv(table: list[Row]) -> str:
-    """The rows as comma-separated values with a header line; null is an empty cell."""
+def as_csv(table: list[Row], scenes: Sequence[str] | None = None) -> str:
+    """The rows as comma-separated values with a header line; null is an empty cell. scenes: a first column."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, KEYS, lineterminator="\n")
+    writer = csv.DictWriter(text, KEYS if scenes is None else ("scene", *KEYS), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(table)
+    named = zip(table, scenes, strict=True) if scenes is not None else ()
+    writer.writerows(table if scenes is None else ({"scene": scene, **row} for row, scene in named))
     return text.getvalue()
 
 
@@ -306,7 +311,28 @@ def as_markdown(table: list[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
-FORMATS = {"md": as_markdown, "csv": as_csv, "json": as_json}
+def as_latex(table: list[Row]) -> str:
+    """The rows as a LaTeX tabular of rounded numbers (package booktabs); columns without a value are left out."""
+    kept = [key for key in KEYS if any(row[key] is not None for row in table)] or list(KEYS)
+    sides = "".join("l" if all(isinstance(row[key], (str, type(None))) for row in table) else "r" for key in kept)
+    lines = [f"\\begin{{tabular}}{{{sides}}}", "\\toprule", _latex_line(kept), "\\midrule"]
+    lines += [_latex_line([shown(key, row[key]) for key in kept]) for row in table]
+    return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
+
+
+def _latex_line(cells: list[str]) -> str:
+    return " & ".join(map(_latex, cells)) + r" \\"
+
+
+def _latex(text: str) -> str:
+    """Words as LaTeX prints them; a minus before a number is a minus."""
+    text = "".join(LATEX.get(letter, letter) for letter in text)
+    return re.sub(r"^([-+][\d.]+)$", r"$\1$", text)
+
+
+LATEX = {letter: "\\" + letter for letter in "&%$#_{}"}
+LATEX |= {"\\": "\\textbackslash{}", "~": "\\textasciitilde{}", "^": "\\textasciicircum{}", "–": "--"}
+FORMATS = {"md": as_markdown, "tex": as_latex, "csv": as_csv, "json": as_json}
 DIGITS = {"h": ".4g", "value": ".5f", "paper": ".4f", "extrapolated": ".5f", "order": ".2f", "peak_mb": ".0f"}
 DIGITS |= {"error_paper_percent": "+.2f", "error_reference_percent": "+.2f", "gci_percent": ".2f"}
 DIGITS |= {"wall_seconds": ".3g"}

@@ -2,19 +2,27 @@
 
 Newmark: u_{n+1} = u_n + h v_n + h² ((1/2 - beta) a_n + beta a_{n+1}), v likewise with gamma.
 Balance: (1 - alpha_m) M a_{n+1} + alpha_m M a_n + (1 - alpha_f) (f - p)_{n+1} + alpha_f (f - p)_n = 0
-(Chung, Hulbert 1993). All alphas zero with beta = 1/4, gamma = 1/2 is the trapezoidal rule.
+(Chung, Hulbert 1993). All alphas zero with beta = 1/4, gamma = 1/2 is the trapezoidal rule; so is alpha_f = 1/2,
+beta = 1/2, gamma = 1, where a is the mean acceleration of a step instead of the one at its end.
+
+Obstacles add - C to the balance, the mean contact force of a step (contact.py). An acceleration at the end of a step
+would then have to jump by twice its mean, forth and back; so with obstacles the trapezoidal rule is `MEAN`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from reference_fe.newton import Equation, Memory, NewtonFailure, solve
 from reference_fe.pace import Attempt, Trial, equal_steps
 from reference_fe.system import System
+
+if TYPE_CHECKING:
+    from reference_fe.contact import Touch
 
 EASY = 1 / 16  # of the allowed error: a step of twice the length has 8 times the error, half of what is allowed
 
@@ -31,6 +39,7 @@ class Scheme:
 
 
 TRAPEZOIDAL = Scheme(0.0, 0.0, 0.25, 0.5)
+MEAN = Scheme(0.0, 0.5, 0.5, 1.0)
 
 
 def generalized_alpha(spectral_radius: float = 0.8) -> Scheme:
@@ -42,7 +51,10 @@ def generalized_alpha(spectral_radius: float = 0.8) -> Scheme:
 
 @dataclass(frozen=True)
 class State:
-    """Motion at one time: u, v, a (f, 3) of the free nodes; force (f, 3) = internal minus applied; energies (J)."""
+    """Motion at one time: u, v, a (f, 3) of the free nodes; force (f, 3) = internal minus applied; energies (J).
+
+    touch: what contact remembers, with obstacles.
+    """
 
     time: float
     u: np.ndarray
@@ -52,16 +64,31 @@ class State:
     kinetic: float
     strain: float
     external: float
+    touch: Touch | None = None
+
+    @property
+    def contact(self) -> float:
+        """Energy (J) that the springs of contact hold."""
+        return 0.0 if self.touch is None else self.touch.stored
+
+    @property
+    def dissipated(self) -> float:
+        """Energy (J) that the dampers and the friction of contact have taken."""
+        return 0.0 if self.touch is None else self.touch.spent
 
 
 def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
     """State at rest position with the velocity (f, 3) in m/s; its acceleration satisfies the balance."""
     u = np.zeros_like(velocity)
     internal, strain = system.internal(u)
-    force = internal - system.applied(time)
-    a = -system.solve_mass(force) if np.any(force) else np.zeros_like(u)
+    force, touch = internal - _loads(system, u, time), None
+    unbalanced = force
+    if system.contact is not None:
+        touch = system.contact.begin(system.expand(u))
+        unbalanced = force - system.free(system.contact.force_now(touch, system.expand(u), system.expand(velocity)))
+    a = -system.solve_mass(unbalanced) if np.any(unbalanced) else np.zeros_like(u)
     kinetic = 0.5 * float(np.sum(velocity * (system.mass @ velocity)))
-    return State(time, u, velocity, a, force, kinetic, strain, 0.0)
+    return State(time, u, velocity, a, force, kinetic, strain, 0.0, touch)
 
 
 def advance(
@@ -114,27 +141,42 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     """One step of the scheme to the time `until`. Raises NewtonFailure."""
     h = until - state.time
     alpha_m, alpha_f, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
-    applied = system.applied(until)
+    dead = system.applied(until)
     predicted = state.u + h * state.v + h**2 * (0.5 - beta) * state.a
     known = alpha_m * system.inertia(state.a) + alpha_f * state.force
+    stretch = None if system.contact is None else system.contact.during(state.touch, h, 1 - 2 * alpha_f)
     latest = {}
 
     def residual(unknowns: np.ndarray) -> np.ndarray:
         u = unknowns.reshape(-1, 3)
         internal, strain = system.internal(u)
         a = (u - predicted) / (beta * h**2)
-        latest.update(u=u, a=a, force=internal - applied, strain=strain)
-        return ((1 - alpha_m) * system.inertia(a) + (1 - alpha_f) * latest["force"] + known).ravel()
+        latest.update(u=u, a=a, force=internal - dead - system.following(u, until), strain=strain)
+        rest = (1 - alpha_m) * system.inertia(a) + (1 - alpha_f) * latest["force"] + known
+        if stretch is not None:
+            pressing, latest["grip"] = system.pressed(stretch, u)
+            rest -= pressing
+        return rest.ravel()
 
     def tangent(unknowns: np.ndarray) -> np.ndarray:
-        return system.tangent(unknowns.reshape(-1, 3), 1 - alpha_f, (1 - alpha_m) / (beta * h**2))
+        mass = (1 - alpha_m) / (beta * h**2)
+        return system.tangent_loaded(unknowns.reshape(-1, 3), until, 1 - alpha_f, mass, stretch=stretch)
+
+    def grip() -> np.ndarray:
+        return latest["grip"] * (beta * h**2 / (1 - alpha_m)) / system.mass.diagonal()
 
     memory.prepare(h)
     guess = state.u + h * state.v + 0.5 * h**2 * state.a
-    solve(Equation(residual, tangent, system.scale), guess.ravel(), memory)
+    solve(Equation(residual, tangent, system.scale, None if stretch is None else grip), guess.ravel(), memory)
     system.refuse_inversion(latest["u"])
     v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])
     kinetic = 0.5 * float(np.sum(v * (system.mass @ v)))
-    mean = (system.applied(state.time) + applied) / 2
+    mean = (_loads(system, state.u, state.time) + _loads(system, latest["u"], until)) / 2
     external = state.external + float(np.sum(mean * (latest["u"] - state.u)))
-    return State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external)
+    touch = None if stretch is None else stretch.settle(system.expand(latest["u"]))
+    return State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external, touch)
+
+
+def _loads(system: System, u: np.ndarray, time: float) -> np.ndarray:
+    """All loads (f, 3) in N."""
+    return system.applied(time) + system.following(u, time)

@@ -22,6 +22,7 @@ from scipy.sparse import csr_matrix, triu
 from skfem import Basis, BilinearForm, ElementTetP2, ElementVector, LinearForm
 from skfem.helpers import ddot, eye, grad, identity, mul, trace, transpose
 
+from reference_fe import rubber
 from reference_fe.kernel import add_force, add_tangent
 from reference_fe.mesh import Solid
 
@@ -40,6 +41,9 @@ def lame(youngs_modulus: float, poissons_ratio: float) -> Lame:
     """Lamé constants of Young's modulus (Pa) and Poisson's ratio."""
     mu = youngs_modulus / (2 * (1 + poissons_ratio))
     return Lame(2 * mu * poissons_ratio / (1 - 2 * poissons_ratio), mu)
+
+
+Material = Lame | rubber.MooneyRivlin
 
 
 @dataclass(frozen=True)
@@ -150,14 +154,18 @@ def _expand(start: np.ndarray, column: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def internal_force(
-    table: Table, material: Lame, displacement: np.ndarray, step: np.ndarray | None = None
+    table: Table, material: Material, displacement: np.ndarray, step: np.ndarray | None = None
 ) -> tuple[np.ndarray, float]:
     """Internal force (n, 3) in N and strain energy (J) at the displacement (n, 3) in m.
 
     With `step`, the last change of the displacement, the stress is the one predicted before that step:
-    E loses its part (dHᵀ dH) / 2 of second order in dH = d(step)/dX (see newton.solve_mixed).
+    E loses its part (dHᵀ dH) / 2 of second order in dH = d(step)/dX (see newton.solve_mixed); Lame's solid alone.
     """
     force = np.zeros_like(displacement)
+    if isinstance(material, rubber.MooneyRivlin):
+        return force, rubber.add_force(
+            table.nodes, table.gradient, table.weight, *_constants(material), displacement, force
+        )
     change, mixed = _or_itself(step, displacement)
     energy = add_force(
         table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, change, mixed, force
@@ -167,7 +175,7 @@ def internal_force(
 
 def tangent(
     table: Table,
-    material: Lame,
+    material: Material,
     where: Pattern,
     displacement: np.ndarray,
     values: np.ndarray,
@@ -178,12 +186,23 @@ def tangent(
 
     `step` as in `internal_force`.
     """
+    if isinstance(material, rubber.MooneyRivlin):
+        rubber.add_tangent(
+            table.nodes, table.gradient, table.weight, *_constants(material), displacement, factor,
+            where.number, where.indptr, where.slot, values,
+        )  # fmt: skip
+        return values
     change, mixed = _or_itself(step, displacement)
     add_tangent(
         table.nodes, table.gradient, table.weight, material.lam, material.mu, displacement, change, mixed, factor,
         where.number, where.indptr, where.slot, values,
     )  # fmt: skip
     return values
+
+
+def _constants(material: rubber.MooneyRivlin) -> tuple[float, float, float, float]:
+    """The kernels' arguments."""
+    return material.mu10, material.mu01, material.k_point, material.k_mean
 
 
 def _or_itself(step: np.ndarray | None, displacement: np.ndarray) -> tuple[np.ndarray, bool]:

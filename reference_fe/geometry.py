@@ -1,7 +1,7 @@
 """The grooved solid, built by gmsh's OCC kernel in the box of reference coordinates.
 
 The box has the axes (x, y, z) of the plate, x and y scaled to metres where the mid-surface is a
-NURBS patch. Grooves are cut from it, protrusions fused to it, load and probe regions and
+NURBS patch or a revolved section. Grooves are cut from it, protrusions fused to it, load and probe regions and
 through-thickness lines imprinted, so that whole tetrahedra fill each region and whole edges each
 line. gmsh is imported only when a session begins.
 """
@@ -131,7 +131,7 @@ class Plate:
     """The solid in box coordinates (m): 0 <= x <= length, 0 <= y <= width, |z| <= thickness / 2.
 
     regions ((x0, x1), (y0, y1)), lines (x, y) through the thickness, and middles are imprinted: straight lines
-    ((x, y), (x, y)) at z = 0, points where both ends are one.
+    ((x, y), (x, y)) at z = 0, points where both ends are one. closed: the faces x = 0 and x = length are one seam.
     """
 
     length: float
@@ -142,6 +142,7 @@ class Plate:
     regions: tuple[tuple[Interval, Interval], ...] = ()
     lines: tuple[tuple[float, float], ...] = ()
     middles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
+    closed: bool = False
 
 
 @contextmanager

@@ -66,7 +66,7 @@ def load_at(loads: tuple[Load, ...], shape: tuple[int, int]) -> Callable[[float]
 
 def line_share(solid: Solid, at: tuple[float, float]) -> np.ndarray:
     """Uniform along the line through the thickness at (x, y), which must have been imprinted."""
-    points = solid.box.doflocs
+    points = solid.places
     on = np.flatnonzero(np.hypot(points[0] - at[0], points[1] - at[1]) < 1e-7 * solid.extent)
     on = on[np.argsort(points[2, on])]
     middle = on >= solid.mesh.nvertices
@@ -90,7 +90,7 @@ def slope_share(solid: Solid, axis: int, value: float) -> np.ndarray:
     The box coordinate z is a quadratic field on the mesh, also where the mesh is curved.
     """
     basis = _face(solid, axis, value)
-    z = basis.interpolate(solid.box.doflocs[2])
+    z = basis.interpolate(solid.places[2])
     area, first, second = (float(np.sum(np.asarray(z) ** power * basis.dx)) for power in range(3))
     centre = first / area
     share = LinearForm(lambda v, w: (w["z"] - centre) * v).assemble(basis, z=z)
@@ -107,14 +107,14 @@ def pressure_force(solid: Solid, side: int, height: float) -> np.ndarray:
 def _face(solid: Solid, axis: int, value: float) -> FacetBasis:
     """Basis on the boundary where a box coordinate has a value."""
     facets = solid.mesh.boundary_facets()
-    corners = solid.box.doflocs[axis][solid.mesh.facets[:, facets]]
+    corners = solid.places[axis][solid.mesh.facets[:, facets]]
     facets = facets[(np.abs(corners - value) < 1e-7 * solid.extent).all(axis=0)]
     return FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=6)
 
 
 def region_share(solid: Solid, region: tuple[Interval, Interval]) -> np.ndarray:
     """Uniform over the kept volume whose (x, y) lies in the region, which must have been imprinted."""
-    centre = solid.box.p[:2, solid.mesh.t].mean(axis=1)
+    centre = solid.box.p[:2, solid.box.t].mean(axis=1)
     inside = np.ones(centre.shape[1], dtype=bool)
     for coordinate, (least, greatest) in zip(centre, region, strict=True):
         inside &= (coordinate > least) & (coordinate < greatest)

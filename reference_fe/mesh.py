@@ -1,12 +1,14 @@
 """Second-order tetrahedra on the grooved solid: gmsh meshes the box, scikit-fem holds the mesh.
 
-On a NURBS mid-surface every node of the box mesh is carried to X = S(x, y) + z n(x, y); S and its
-derivatives are evaluated by OCC (through gmsh). The tetrahedra are isoparametric there.
+On a curved mid-surface every node of the box mesh is carried to X = S(x, y) + z n(x, y); S and its
+derivatives are evaluated by OCC (through gmsh). The tetrahedra are isoparametric there. Where the surface
+closes on itself, the faces of the box that meet are meshed alike, and their nodes become one in space.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from types import ModuleType
 
@@ -14,7 +16,8 @@ import numpy as np
 from skfem import Basis, ElementTetP2, MeshTet2
 
 from reference_fe.geometry import Curve, MeshError, Plate, build, session
-from reference_fe.surface import Surface, carry, volume_element
+from reference_fe.seam import glue, match_seam
+from reference_fe.surface import Revolved, Surface, carry, volume_element
 
 VOLUME_ERROR = 0.01
 EDGES_PER_TURN = 6  # least number of curved edges on a full turn of a groove's section
@@ -26,7 +29,8 @@ class Solid:
     """A checked mesh. mesh: scikit-fem tetrahedra in space (m). box: the same tetrahedra in the box (m).
 
     exact_volume is the solid's own (m3); volume the mesh's; flat: mesh and box are the same. Node numbers
-    are those of scikit-fem's scalar P2 element: vertices first, then edges.
+    are those of scikit-fem's scalar P2 element: vertices first, then edges. At a closed seam the box has two nodes
+    where the mesh has one, so that only the elements are numbered alike.
     """
 
     mesh: MeshTet2
@@ -35,6 +39,17 @@ class Solid:
     exact_volume: float
     smallest_jacobian: float
     flat: bool
+
+    @cached_property
+    def places(self) -> np.ndarray:
+        """Box coordinates (3, n) of the nodes of the mesh; those of a seam are at its lesser x."""
+        if self.box.doflocs.shape == self.mesh.doflocs.shape:
+            return self.box.doflocs
+        places = np.full(self.mesh.doflocs.shape, np.inf)
+        nodes, own = (mesh.dofs.element_dofs.ravel() for mesh in (self.mesh, self.box))
+        for axis in range(3):
+            np.minimum.at(places[axis], nodes, self.box.doflocs[axis, own])
+        return places
 
     @property
     def tetrahedra(self) -> int:
@@ -60,17 +75,19 @@ class Spacing:
     features: tuple[tuple[float, float, tuple[float, float], tuple[float, float], tuple[float, float]], ...] = ()
 
 
-def make(plate: Plate, spacing: Spacing, surface: Surface | None = None) -> Solid:
+def make(plate: Plate, spacing: Spacing, surface: Surface | Revolved | None = None) -> Solid:
     """Build, mesh, carry to the mid-surface if there is one, and check.
 
     Raises MeshError with the status "gmsh_missing", "gmsh_busy", "geometry_failed", "mesh_failed",
-    "surface_degenerate", "mesh_inverted" (a Jacobian is not positive) or "mesh_volume" (the mesh misses
-    the exact volume by more than VOLUME_ERROR).
+    "surface_degenerate", "seam_open" (faces that meet do not match), "mesh_inverted" (a Jacobian is not
+    positive) or "mesh_volume" (the mesh misses the exact volume by more than VOLUME_ERROR).
     """
     with session() as gmsh:
         exact = build(gmsh, plate)
         if any(isinstance(band.section, Curve) for band in plate.grooves + plate.protrusions):
             gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", EDGES_PER_TURN)
+        if plate.closed:
+            match_seam(gmsh, plate.length)
         points, tetrahedra = _tetrahedralise(gmsh, spacing)
     box = MeshTet2(np.ascontiguousarray(points.T), np.ascontiguousarray(tetrahedra[:, TO_SKFEM].T))
     flat = _check(box, exact)
@@ -79,7 +96,8 @@ def make(plate: Plate, spacing: Spacing, surface: Surface | None = None) -> Soli
     fine = Basis(box, ElementTetP2(), intorder=6)
     where = fine.global_coordinates()
     exact = float(np.sum(volume_element(surface, where.reshape(3, -1)) * fine.dx.ravel()))
-    curved = _check(replace(box, doflocs=np.ascontiguousarray(carry(surface, box.doflocs))), exact)
+    mesh = replace(box, doflocs=np.ascontiguousarray(carry(surface, box.doflocs)))
+    curved = _check(glue(mesh, box.doflocs, plate.length) if plate.closed else mesh, exact)
     return replace(curved, box=box, flat=False)
 
 

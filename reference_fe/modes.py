@@ -100,8 +100,10 @@ def rigid_motions(system: System, points: np.ndarray) -> np.ndarray:
     moving = np.zeros(points.shape, dtype=bool)
     moving[system.pattern.free] = _moving(system)
     held = motions[:, ~moving]
-    ways, moved, _ = np.linalg.svd(held @ held.T)
-    free = ways[:, np.sqrt(moved) <= STILL * max(1.0, np.sqrt(moved.max()))].T
+    ways, some, _ = np.linalg.svd(np.linalg.qr(held.T, mode="r").T)  # held @ held.T would square the round-off
+    moved = np.zeros(6)
+    moved[: some.size] = some
+    free = ways[:, moved <= STILL * max(1.0, moved.max())].T
     own = free @ (motions[:, system.pattern.free] * _moving(system)).reshape(6, -1)
     return np.linalg.solve(np.linalg.cholesky(own @ _inertia(system, own).T), own)
 

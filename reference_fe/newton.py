@@ -23,6 +23,9 @@ MOST_FACTORS = 15
 MOST_ITERATIONS = 150
 TOLERANCE = 1e-10
 CLOSE = 1e-2
+FAR = 1e3  # of the allowed error: a step as long that raises the residual throws contact open or shut
+HALVINGS = 4  # of such a step
+GRIP = 0.5  # relative change of a node's stiffness by contact that an old factor still serves
 
 
 class NewtonFailure(RuntimeError):
@@ -37,12 +40,14 @@ class NewtonFailure(RuntimeError):
 class Equation:
     """residual(u) -> (n,) in N and tangent(u) -> upper-triangle values (nnz,) at the unknowns u (n,) in m.
 
-    scale: length (m) below which displacements do not matter.
+    scale: length (m) below which displacements do not matter. grip() -> (f,): stiffness of obstacles against the
+    nodes where the residual was last asked for, over that of their inertia; it jumps where contact opens and closes.
     """
 
     residual: Callable[[np.ndarray], np.ndarray]
     tangent: Callable[[np.ndarray], np.ndarray]
     scale: float
+    grip: Callable[[], np.ndarray] | None = None
 
 
 @dataclass
@@ -63,6 +68,7 @@ class Memory:
         default_factory=lambda: dict.fromkeys(("force", "tangent", "factor", "solve"), 0.0)
     )
     stiffness: float = 0.0
+    grip: np.ndarray | None = None
 
     def forget(self) -> None:
         """Let the next iteration form a new tangent."""
@@ -133,15 +139,24 @@ def _iterate(equation: Equation, guess: np.ndarray, memory: Memory) -> np.ndarra
     u, factors, size = guess, 0, math.inf
     residual = _residual(equation, u, memory)
     for _ in range(MOST_ITERATIONS):
-        if not memory.valid:
+        grip = None if equation.grip is None else equation.grip()
+        if not memory.valid or _loosened(memory.grip, grip):
+            if factors == MOST_FACTORS:
+                break
             memory.factorise(equation.tangent, u)
+            memory.grip = grip
             factors += 1
         step = memory.direction(residual)
-        u = u + step
-        old, residual = residual, _residual(equation, u, memory)
+        old, residual = residual, _residual(equation, u + step, memory)
         memory.iterations += 1
         last, size = size, float(np.abs(step).max())
-        allowed = TOLERANCE * max(float(np.abs(u).max()), equation.scale)
+        allowed = TOLERANCE * max(float(np.abs(u + step).max()), equation.scale)
+        if equation.grip is not None and size > FAR * allowed and np.linalg.norm(residual) > np.linalg.norm(old):
+            u, residual = _shortened(equation, u, step, old, memory)
+            size = math.inf
+            memory.forget()
+            continue
+        u = u + step
         if _settled(size, last, allowed) or np.linalg.norm(residual) <= _round_off(memory, u):
             return u
         memory.learn(step, residual - old)
@@ -207,6 +222,24 @@ def _too_slow(size: float, last: float, allowed: float) -> bool:
         return False
     rate = size / last
     return rate >= 1 or math.log(allowed / size) / math.log(rate) > PATIENCE
+
+
+def _shortened(
+    equation: Equation, u: np.ndarray, step: np.ndarray, old: np.ndarray, memory: Memory
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where the step (n,) from u leads if it is halved until the residual falls, at most HALVINGS times, and the
+    residual there (n,); `old` is that at u."""
+    for k in range(1, HALVINGS + 1):
+        there = u + step / 2**k
+        new = _residual(equation, there, memory)
+        if np.linalg.norm(new) <= np.linalg.norm(old):
+            break
+    return there, new
+
+
+def _loosened(old: np.ndarray | None, new: np.ndarray | None) -> bool:
+    """Whether obstacles hold some node so much more or less than when the tangent was formed that it is of no use."""
+    return new is not None and old is not None and bool(np.any(np.abs(new - old) > GRIP * (1 + old)))
 
 
 def _round_off(memory: Memory, u: np.ndarray) -> float:

@@ -27,9 +27,9 @@ def point_weights(solid: Solid, at: tuple[float, float, float]) -> np.ndarray:
     best = int(np.argmax(_depth(local)))
     if not _depth(local)[best] > -1e-6:
         raise MeshError("probe_outside", f"the probe at {tuple(at)} lies outside the grooved solid")
-    weights = np.zeros(box.doflocs.shape[1])
+    weights = np.zeros(solid.mesh.doflocs.shape[1])
     element, where = ElementTetP2(), local[:, best, None]
-    for a, node in enumerate(box.dofs.element_dofs[:, near[best]]):
+    for a, node in enumerate(solid.mesh.dofs.element_dofs[:, near[best]]):
         weights[node] += element.lbasis(where, a)[0][0]
     return weights
 

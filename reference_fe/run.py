@@ -1,4 +1,4 @@
-"""solve(scene, level) -> Result: the only file of this package that knows scenes.
+"""solve(scene, level) -> Result: this file and words.py alone of this package know scenes.
 
 Readings a solver must choose:
 - A clamp holds all displacements of the edge's face. The normal gradient there stays free, as in any
@@ -14,6 +14,8 @@ Readings a solver must choose:
   not listed.
 - Steps divide each output interval evenly and are never longer than the level's time step. With
   error_per_step they are halved and doubled between output times and the corners of the load histories.
+- A point of law "points" is a node of the face. A resultant and a pressure at an output time are the law's at that
+  instant; the motion feels their mean over each step (contact.py), which is what the energies count.
 """
 
 from __future__ import annotations
@@ -22,18 +24,18 @@ import resource
 import sys
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from scipy.interpolate import BSpline
 
-from compare.result import OK, Outline, Result
+from compare.result import OK, Contact, Outline, Result, Shots
 from compare.scene import Feature as SceneFeature
-from compare.scene import NurbsPatch, ReferenceLevel, Scene
+from compare.scene import Profile, ReferenceLevel, Scene, Section
 from reference_fe import dynamics, statics
-from reference_fe.elasticity import lame, pattern, scalar_mass, tabulate
+from reference_fe.elasticity import Lame, lame, pattern, scalar_mass, tabulate
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
 from reference_fe.geometry import Band, Curve, Feature, Floor, Interval, MeshError, Outlined, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
@@ -42,10 +44,13 @@ from reference_fe.modes import ModesFailure, vibration
 from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
+from reference_fe.pressure import FollowerPressure, follower_pressure
 from reference_fe.probes import point_weights
+from reference_fe.rubber import MooneyRivlin, mooney_rivlin
 from reference_fe.supports import held
-from reference_fe.surface import Frame, Surface, lengths
+from reference_fe.surface import Frame, Revolved, Surface, lengths
 from reference_fe.system import System, assemble
+from reference_fe.words import has_gravity, words
 
 Progress = Callable[[float], None]
 EDGE_SAMPLES = 33
@@ -61,7 +66,7 @@ def solve(
     A failure of meshing or of Newton is a named status of the Result. Raises ValueError where a
     scene with inertia states no density.
     """
-    if scene.material.density is None and (scene.analysis.kind != "static" or _has_gravity(scene)):
+    if scene.material.density is None and (scene.analysis.kind != "static" or has_gravity(scene)):
         raise ValueError(f"{scene.name}: material.density is missing: inertia and gravity need it")
     start, cpu = clock.perf_counter(), clock.process_time()
     try:
@@ -100,16 +105,18 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         message=history.message,
         steps=history.steps,
         newton_iterations=model.memory.iterations,
-        outline=_outline(model.solid, history.last),
+        outline=_outline(model.solid, history.last, shots=history.shots),
     )
+    if history.contact is not None:
+        found["contact"] = Contact(**history.contact.arrays(model.frame))
     return found, history.facts
 
 
 def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    material, points = scene.material, model.solid.mesh.doflocs.T
+    points = model.solid.mesh.doflocs.T
     longest = float(np.linalg.norm(np.ptp(points, axis=0)))
-    slow = material.youngs_modulus * scene.thickness**2 / (material.density * longest**4)  # 1/s2, as a plate's lowest
+    slow = 2 * _material(scene).mu * scene.thickness**2 / (scene.material.density * longest**4)  # 1/s2, as a plate's
     frequencies, shapes, facts, failed = np.empty(0), None, {}, {}
     try:
         modes = vibration(model.system, model.memory.solver, points, scene.analysis.count, slow)
@@ -137,6 +144,7 @@ def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Prog
 class Model:
     """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3)."""
 
+    frame: Frame
     solid: Solid
     system: System
     memory: Memory
@@ -147,42 +155,60 @@ class Model:
 
 @dataclass
 class History:
-    """What a march has recorded so far."""
+    """What a march has recorded so far; contact: an obstacles.Record where the scene has some."""
 
     times: list[float]
     displacement: list[np.ndarray]
     energies: dict[str, list[float]]
     facts: dict[str, float]
     last: np.ndarray
+    contact: object = None
     status: str = OK
     message: str = ""
     steps: int = 0
+    shots: Shots = field(default_factory=Shots)
 
 
 def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     """Mass, pattern, loads, supports and probes of the scene on the mesh. Raises MeshError."""
     material = scene.material
     mass = None if material.density is None else scalar_mass(solid, material.density)
-    fixed = np.zeros((solid.box.doflocs.shape[1], 3), dtype=bool)
+    fixed = np.zeros((solid.places.shape[1], 3), dtype=bool)
     for support in scene.supports:
         fixed |= held(solid, *_support(scene, frame, support))
     acting = [_load(scene, frame, solid, load, mass) for load in scene.loads]
     loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
-    moments = tuple(load for load in acting if isinstance(load, Moment))
+    moments, pressures = (tuple(load for load in acting if isinstance(load, k)) for k in (Moment, FollowerPressure))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
-    elastic = lame(material.youngs_modulus, material.poissons_ratio)
-    system = assemble(table, elastic, where, mass, loads, 1e-6 * solid.extent, fixed, moments)
+    system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments, pressures)
+    if scene.obstacles:
+        from reference_fe.obstacles import contact_of
+
+        system = replace(system, contact=contact_of(scene.obstacles, solid, where))
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
-    return Model(solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+    return Model(frame, solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+
+
+def _material(scene: Scene) -> Lame | MooneyRivlin:
+    """The scene's law."""
+    stated = scene.material
+    if stated.kind == "svk":
+        return lame(stated.youngs_modulus, stated.poissons_ratio)
+    return mooney_rivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
 
 
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
     """Advance from output time to output time until the end or a failure."""
     memory = model.memory
-    nothing = np.zeros((model.solid.box.doflocs.shape[1], 3))
+    nothing = np.zeros((model.solid.places.shape[1], 3))
     history = History([], [], {"kinetic": [], "strain": [], "external": []}, {}, nothing)
+    if model.system.contact is not None:
+        from reference_fe.obstacles import Record
+
+        history.energies |= {"contact": [], "dissipated": []}
+        history.contact = Record(model.system.contact)
     pace = _pace(scene, level)
     begin, advance = _marching(scene, level, model, pace)
     times = _output_times(scene)
@@ -216,7 +242,8 @@ def _marching(scene: Scene, level: ReferenceLevel, model: Model, pace: Pace | No
             lambda: statics.balance(system, statics.begin(system), 0.0, memory),
             lambda state, time: statics.advance(system, state, time, step, memory),
         )
-    scheme = dynamics.TRAPEZOIDAL if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
+    trapezoidal = dynamics.TRAPEZOIDAL if system.contact is None else dynamics.MEAN
+    scheme = trapezoidal if level.integrator == "trapezoidal" else dynamics.generalized_alpha()
     if pace:
         return _adaptive_dynamics(scheme, level.error_per_step, model, pace)
     return (
@@ -248,9 +275,13 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
     """Append one output time."""
     full = history.last = model.system.expand(state.u)
     history.times.append(state.time)
+    history.shots.take(len(history.times) - 1, full)
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
     for kind, values in history.energies.items():
         values.append(getattr(state, kind, 0.0))
+    if history.contact is not None:
+        velocity = getattr(state, "v", np.zeros_like(state.u))
+        history.contact.add(state.touch, full, model.system.expand(velocity))
 
 
 def _output_times(scene: Scene) -> np.ndarray:
@@ -259,19 +290,29 @@ def _output_times(scene: Scene) -> np.ndarray:
     return until * np.linspace(0, 1, round(until / every) + 1)
 
 
-def mid_surface(scene: Scene) -> tuple[Frame, Surface | None]:
-    """Where the parameters lie in the box, and the NURBS mid-surface (None where it is a rectangle)."""
-    patch, origin = scene.surface, tuple(span[0] for span in scene.surface.span)
-    if not isinstance(patch, NurbsPatch):
+def mid_surface(scene: Scene) -> tuple[Frame, Surface | Revolved | None]:
+    """Where the parameters lie in the box, and the curved mid-surface (None where it is a rectangle)."""
+    stated, origin = scene.surface, tuple(span[0] for span in scene.surface.span)
+    if stated.kind == "rectangle":
         return Frame(origin), None
-    points = np.array(patch.control_points)
-    weights = np.ones(points.shape[:2]) if patch.weights is None else np.array(patch.weights)
-    surface = Surface(patch.degree, tuple(np.array(knots) for knots in patch.knots), points, weights)
+    if stated.kind == "revolved":
+        surface = Revolved("XYZ".index(stated.axis), stated.angle, _curve(stated.section))
+    else:
+        points = np.array(stated.control_points)
+        weights = np.ones(points.shape[:2]) if stated.weights is None else np.array(stated.weights)
+        surface = Surface(stated.degree, tuple(np.array(knots) for knots in stated.knots), points, weights)
     frame = Frame(origin, lengths(surface))
     return frame, replace(surface, frame=frame)
 
 
-def plate_of(scene: Scene, frame: Frame, surface: Surface | None) -> Plate:
+def _curve(stated: Profile | Section) -> Curve:
+    """A curve of the scene, in its own coordinates."""
+    points = np.array(stated.control_points)
+    weights = np.ones(len(points)) if stated.weights is None else np.array(stated.weights)
+    return Curve(stated.degree, points, weights, np.array(stated.knots))
+
+
+def plate_of(scene: Scene, frame: Frame, surface: Surface | Revolved | None) -> Plate:
     """The scene's solid in the box; creases of the surface are imprinted as regions too."""
     (_, length), (_, width) = frame.region(scene.surface.span)
     regions = [frame.region(load.region) for load in scene.loads if load.kind == "patch"]
@@ -289,6 +330,7 @@ def plate_of(scene: Scene, frame: Frame, surface: Surface | None) -> Plate:
         tuple(dict.fromkeys(regions)),
         tuple(dict.fromkeys(lines)),
         tuple(_middle(scene, frame, support) for support in scene.supports if getattr(support, "over", "") == "middle"),
+        scene.surface.closed,
     )
 
 
@@ -325,10 +367,8 @@ def _band(scene: Scene, frame: Frame, band: SceneFeature) -> Feature:
     axis = "xy".index(band.along)
     section = band.depth
     if band.profile is not None:
-        points = np.array(band.profile.control_points)
-        points[:, 0] = frame.interval(1 - axis, points[:, 0])
-        weights = np.ones(len(points)) if band.profile.weights is None else np.array(band.profile.weights)
-        section = Curve(band.profile.degree, points, weights, np.array(band.profile.knots))
+        section = _curve(band.profile)
+        section.points[:, 0] = frame.interval(1 - axis, section.points[:, 0])
     return Band(
         side=-1 if band.face == "bottom" else 1,
         axis=axis,
@@ -360,7 +400,9 @@ def spacing_of(plate: Plate, size: float) -> Spacing:
     """
     reach, half = plate.thickness, plate.thickness / 2
     x, y, z = (0.0, plate.length), (0.0, plate.width), (-half, half)
-    places = [((0.0, 0.0), y, z), (x[1:] * 2, y, z), (x, (0.0, 0.0), z), (x, y[1:] * 2, z)]
+    places = [(x, (0.0, 0.0), z), (x, y[1:] * 2, z)]
+    if not plate.closed:
+        places += [((0.0, 0.0), y, z), (x[1:] * 2, y, z)]
     edges = []
     for band, cut in [(b, True) for b in plate.grooves] + [(b, False) for b in plate.protrusions]:
         if isinstance(band, Outlined):
@@ -409,7 +451,7 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
     spacing = spacing_of(plate, level.size)
     elements = tetrahedra(plate, spacing)
     free = unknowns(elements)
-    modelled, left_out = _words(scene, level)
+    modelled, left_out = words(scene, level)
     return {
         "unknowns": free,
         "elements": elements,
@@ -419,67 +461,13 @@ def estimate(scene: Scene, level: ReferenceLevel) -> dict[str, object]:
     }
 
 
-def _words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
-    """What is modelled and what is left out, one line each; counts of unknowns are said to be estimates."""
-    small = scene.analysis.kind == "modes"
-    strain = "small vibrations about the undeformed one" if small else "total Lagrangian, large rotation and strain"
-    curved = ", carried to the NURBS mid-surface" if isinstance(scene.surface, NurbsPatch) else ""
-    modelled = [
-        f"quadratic tetrahedra on the solid cut by OCC{curved}; counts are about right until it is meshed",
-        f"St. Venant-Kirchhoff solid, {strain}, exact integration",
-        _marching_words(scene, level),
-        *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
-        *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
-        *(_support_words(support) for support in scene.supports),
-        *(f"{load.kind} load, {'turning with its edge' if load.kind == 'moment' else 'dead'}" for load in scene.loads),
-    ]
-    left_out = [f"{word}: not in the scene" for word, there in _absent(scene).items() if not there]
-    return modelled, [*left_out, "contact", "damping", "other materials"]
-
-
-def _support_words(support) -> str:
-    """What a support holds."""
-    if support.kind == "clamp":
-        return f"clamp at {support.edge}: all displacements of the face"
-    if support.kind == "symmetry":
-        return f"symmetry at {support.edge}: {support.normal} displacements of the face"
-    place = support.edge or f"corner {support.corner}"
-    where = "everywhere" if support.whole else f"of the {support.over} of {place}"
-    return f"hold: {', '.join(support.components)} displacements {where}"
-
-
-def _marching_words(scene: Scene, level: ReferenceLevel) -> str:
-    """How time or load is stepped."""
-    step, allowed = level.time_step, level.error_per_step
-    if scene.analysis.kind == "modes":
-        return f"the {scene.analysis.count} lowest elastic modes, shift-invert Lanczos iteration"
-    if scene.analysis.kind == "static":
-        return f"statics in load steps of {step:g}"
-    chosen = f" at most, each adding no more than {allowed:g} m of estimated error" if allowed else ""
-    return f"implicit dynamics, {level.integrator}, steps of {step:g} s{chosen}"
-
-
-def _absent(scene: Scene) -> dict[str, bool]:
-    """What a scene may have, and whether this one does."""
-    return {
-        "gravity": _has_gravity(scene),
-        "grooves": bool(scene.grooves),
-        "supports": bool(scene.supports),
-        "initial velocity": scene.initial is not None,
-        "inertia": scene.analysis.kind != "static",
-    }
-
-
-def _has_gravity(scene: Scene) -> bool:
-    """Whether a load needs the mass."""
-    return any(load.kind == "gravity" for load in scene.loads)
-
-
-def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment:
+def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment | FollowerPressure:
     """A load of the scene on the nodes."""
     history = np.array(load.history)
     if load.kind == "pressure":
         side = -1 if load.face == "bottom" else 1
+        if load.follower:
+            return follower_pressure(solid, side, scene.thickness / 2, load.pressure, history)
         return Load(load.pressure * pressure_force(solid, side, scene.thickness / 2), history)
     if load.kind == "moment":
         slope = slope_share(solid, *_edge(scene, frame, load.edge))
@@ -546,13 +534,17 @@ def _facts(model: Model) -> dict[str, float]:
     return facts if model.mass is None else {**facts, "mass": model.mass}
 
 
-def _outline(solid: Solid, displacement: np.ndarray, shapes: np.ndarray | None = None) -> Outline:
+def _outline(
+    solid: Solid, displacement: np.ndarray, shapes: np.ndarray | None = None, shots: Shots | None = None
+) -> Outline:
     """The surface with the displacement (n, 3) of all nodes; shapes (k, n, 3) are scaled to the largest size 1."""
     nodes, triangles, edges = surface_triangles(solid)
-    modes = None
+    modes = path = index = None
     if shapes is not None:
         modes = shapes[:, nodes] / np.linalg.norm(shapes[:, nodes], axis=2).max(axis=1)[:, None, None]
-    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes)
+    if shots is not None and shots.states:
+        path, index = np.array([state[nodes] for state in shots.states], np.float32), np.array(shots.index)
+    return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes, path, index)
 
 
 def _peak_mb() -> float:

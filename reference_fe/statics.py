@@ -3,29 +3,49 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reference_fe.elasticity import Lame
 from reference_fe.newton import Equation, Memory, solve, solve_mixed
 from reference_fe.pace import equal_steps
 from reference_fe.system import System
 
+if TYPE_CHECKING:
+    from reference_fe.contact import Touch
+
 
 @dataclass(frozen=True)
 class Balance:
-    """Equilibrium at one load parameter `time`: u (f, 3) in m, applied force (f, 3) in N, energies (J)."""
+    """Equilibrium at one load parameter `time`: u (f, 3) in m, applied force (f, 3) in N, energies (J).
+
+    touch: what contact remembers, with obstacles.
+    """
 
     time: float
     u: np.ndarray
     applied: np.ndarray
     strain: float
     external: float
+    touch: Touch | None = None
+
+    @property
+    def contact(self) -> float:
+        """Energy (J) that the springs of contact hold."""
+        return 0.0 if self.touch is None else self.touch.stored
+
+    @property
+    def dissipated(self) -> float:
+        """Energy (J) that friction has taken."""
+        return 0.0 if self.touch is None else self.touch.spent
 
 
 def begin(system: System, time: float = 0.0) -> Balance:
     """The unloaded body, before the loads at `time` act."""
     u = np.zeros((system.pattern.free.size, 3))
-    return Balance(time, u, np.zeros_like(u), 0.0, 0.0)
+    touch = None if system.contact is None else system.contact.begin(system.expand(u))
+    return Balance(time, u, np.zeros_like(u), 0.0, 0.0, touch)
 
 
 def advance(system: System, state: Balance, until: float, step: float, memory: Memory) -> tuple[Balance, int]:
@@ -36,22 +56,30 @@ def advance(system: System, state: Balance, until: float, step: float, memory: M
 def balance(system: System, state: Balance, until: float, memory: Memory) -> Balance:
     """The equilibrium at `until` that Newton reaches from `state`. Raises NewtonFailure."""
     dead = system.applied(until)
-    applied = dead + system.turning(state.u, until)
+    applied = dead + system.following(state.u, until)
+    stretch = None if system.contact is None else system.contact.at_rest(state.touch)
     latest = {"u": state.u, "strain": state.strain}
 
     def residual(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
         u = unknowns.reshape(-1, 3)
         internal, strain = system.internal(u, None if step is None else step.reshape(-1, 3))
         latest.update(u=u, strain=strain)
-        return (internal - dead - system.turning(u, until)).ravel()
+        rest = internal - dead - system.following(u, until)
+        if stretch is not None:
+            rest -= system.pressed(stretch, u)[0]
+        return rest.ravel()
 
     def tangent(unknowns: np.ndarray, step: np.ndarray | None = None) -> np.ndarray:
-        return system.tangent_static(unknowns.reshape(-1, 3), until, None if step is None else step.reshape(-1, 3))
+        change = None if step is None else step.reshape(-1, 3)
+        return system.tangent_loaded(unknowns.reshape(-1, 3), until, step=change, stretch=stretch)
 
-    if np.any(applied != state.applied):
-        near = solve_mixed(residual, tangent, state.u.ravel(), system.scale, memory)
+    if stretch is not None or np.any(applied != state.applied):
+        near = state.u.ravel()
+        if isinstance(system.material, Lame):
+            near = solve_mixed(residual, tangent, near, system.scale, memory)
         solve(Equation(residual, tangent, system.scale), near, memory)
         system.refuse_inversion(latest["u"])
-        applied = dead + system.turning(latest["u"], until)
+        applied = dead + system.following(latest["u"], until)
     external = state.external + 0.5 * float(np.sum((state.applied + applied) * (latest["u"] - state.u)))
-    return Balance(until, latest["u"], applied, latest["strain"], external)
+    touch = None if stretch is None else stretch.settle(system.expand(latest["u"]))
+    return Balance(until, latest["u"], applied, latest["strain"], external, touch)

@@ -13,9 +13,9 @@ def held(solid: Solid, place: tuple[tuple[int, float], ...], components: tuple[i
 
     Raises MeshError "support_misses" where no node lies there: its place may have been cut away.
     """
-    there = np.ones(solid.box.doflocs.shape[1], dtype=bool)
+    there = np.ones(solid.places.shape[1], dtype=bool)
     for axis, value in place:
-        there &= np.abs(solid.box.doflocs[axis] - value) < 1e-7 * solid.extent
+        there &= np.abs(solid.places[axis] - value) < 1e-7 * solid.extent
     if not there.any():
         named = ", ".join(f"{'xyz'[axis]} = {value:g} m" for axis, value in place)
         raise MeshError("support_misses", f"no material at {named} to hold")

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.sparse import csr_matrix, triu
 
-from reference_fe.elasticity import Lame, Pattern, Table, couple, internal_force, mass_values, tangent
+from reference_fe.elasticity import Material, Pattern, Table, couple, internal_force, mass_values, tangent
 from reference_fe.kernel import smallest_volume_ratio
 from reference_fe.linear_solver import direct_solver
 from reference_fe.loads import Moment
 from reference_fe.newton import Memory, NewtonFailure
+from reference_fe.pressure import FollowerPressure
+
+if TYPE_CHECKING:
+    from reference_fe.contact import Contact, Stretch
 
 
 @dataclass(frozen=True)
@@ -32,11 +37,12 @@ class System:
     """A discretised solid; arrays of the f free nodes, those with a component to move, are (f, 3).
 
     mass: scalar (f, f) in kg, or None in statics; scale: length (m) below which displacements do not matter;
-    fixed: single components held; moments: loads that turn with an edge, in statics.
+    fixed: single components held; moments: loads that turn with an edge; pressures: loads that follow a face;
+    contact: with obstacles.
     """
 
     table: Table
-    material: Lame
+    material: Material
     pattern: Pattern
     mass: csr_matrix | None
     mass_values: np.ndarray | None
@@ -44,6 +50,8 @@ class System:
     scale: float
     fixed: Fixed | None = None
     moments: tuple[Moment, ...] = ()
+    pressures: tuple[FollowerPressure, ...] = ()
+    contact: Contact | None = None
 
     @property
     def unknowns(self) -> int:
@@ -73,10 +81,12 @@ class System:
         """Dead forces (f, 3) in N at a time (s)."""
         return self.free(self.loads(time))
 
-    def turning(self, u: np.ndarray, time: float) -> np.ndarray:
-        """Forces (f, 3) in N of the moments that turn with their edges."""
+    def following(self, u: np.ndarray, time: float) -> np.ndarray:
+        """Forces (f, 3) in N of what follows the motion: moments turn with their edges, pressures with their faces."""
         full = self.expand(u)
-        return self.free(sum((moment.at(full, time)[0] for moment in self.moments), np.zeros_like(full)))
+        forces = [moment.at(full, time)[0] for moment in self.moments]
+        forces += [pressure.force(full, time) for pressure in self.pressures]
+        return self.free(sum(forces, np.zeros_like(full)))
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
         """Force (f, 3) in N that the acceleration (f, 3) takes."""
@@ -85,20 +95,45 @@ class System:
             force[self.fixed.mask] = 0.0
         return force
 
+    def pressed(self, stretch: Stretch, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Contact forces (f, 3) in N on the way to u, and the contact's stiffness (f,) in N/m at the nodes."""
+        force, grip = stretch.force(self.expand(u))
+        return self.free(force), grip[self.pattern.free]
+
     def tangent(
-        self, u: np.ndarray, stiffness: float = 1.0, mass: float = 0.0, step: np.ndarray | None = None
+        self,
+        u: np.ndarray,
+        stiffness: float = 1.0,
+        mass: float = 0.0,
+        step: np.ndarray | None = None,
+        stretch: Stretch | None = None,
     ) -> np.ndarray:
-        """Upper-triangle values of stiffness x K(u) + mass x M; with `step` as elasticity.tangent has it."""
+        """Upper-triangle values of stiffness x K(u) + mass x M; with `step` as elasticity.tangent has it.
+
+        stretch: the way to u, on which obstacles press.
+        """
         values = mass * self.mass_values if mass else np.zeros(self.pattern.indices.size)
         change = None if step is None else self.expand(step)
         tangent(self.table, self.material, self.pattern, self.expand(u), values, stiffness, change)
+        if stretch is not None:
+            stretch.add_tangent(self.pattern, self.expand(u), values)
         return self._without_fixed(values)
 
-    def tangent_static(self, u: np.ndarray, time: float, step: np.ndarray | None = None) -> np.ndarray:
-        """Upper-triangle values of the derivative of what resists less what turns; `step` as in `tangent`."""
-        values = self.tangent(u, step=step)
+    def tangent_loaded(
+        self,
+        u: np.ndarray,
+        time: float,
+        stiffness: float = 1.0,
+        mass: float = 0.0,
+        step: np.ndarray | None = None,
+        stretch: Stretch | None = None,
+    ) -> np.ndarray:
+        """`tangent` less stiffness x the derivative of the loads that follow the motion."""
+        values, full = self.tangent(u, stiffness, mass, step, stretch), self.expand(u)
         for moment in self.moments:
-            couple(self.pattern, moment.slope, -moment.at(self.expand(u), time)[1], values)
+            couple(self.pattern, moment.slope, -stiffness * moment.at(full, time)[1], values)
+        for pressure in self.pressures:
+            pressure.subtract_stiffness(self.pattern, full, time, stiffness, values)
         return self._without_fixed(values)
 
     def _without_fixed(self, values: np.ndarray) -> np.ndarray:
@@ -137,13 +172,14 @@ class System:
 
 def assemble(
     table: Table,
-    material: Lame,
+    material: Material,
     pattern: Pattern,
     mass: csr_matrix | None,
     loads: Callable,
     scale: float,
     held: np.ndarray | None = None,
     moments: tuple[Moment, ...] = (),
+    pressures: tuple[FollowerPressure, ...] = (),
 ) -> System:
     """System from a mesh's table and pattern and its scalar mass (n, n) on all nodes.
 
@@ -151,9 +187,9 @@ def assemble(
     """
     fixed = None if held is None or not held[pattern.free].any() else _fixed(pattern, held[pattern.free])
     if mass is None:
-        return System(table, material, pattern, None, None, loads, scale, fixed, moments)
+        return System(table, material, pattern, None, None, loads, scale, fixed, moments, pressures)
     free = csr_matrix(mass[pattern.free][:, pattern.free])
-    return System(table, material, pattern, free, mass_values(free, pattern), loads, scale, fixed, moments)
+    return System(table, material, pattern, free, mass_values(free, pattern), loads, scale, fixed, moments, pressures)
 
 
 def _fixed(pattern: Pattern, mask: np.ndarray) -> Fixed:

@@ -12,10 +12,10 @@ import numpy as np
 from compare.exact import Value, cross_code
 from compare.report import Bullets, Column, Page, Section, Table, Text, Verdict, write
 from compare.scene import PublishedRow, Scene
-from compare.study import Entry, level_name
+from compare.study import Entry, Unit, level_name
 from compare.table import height, in_ladders, percent, rule
 from compare.verdict import Figure, at_most, stated
-from reports import sections
+from reports import calculix_solver, sections, split, third
 from reports.ladders import (
     NAMES,
     Ladder,
@@ -328,8 +328,18 @@ def table5(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write cantilever.html and cantilever.json into `folder`; returns the page's path."""
     judged = figures(entries, rows)
-    found = {**page_content(entries, rows, judged), "table5": table5(entries)}
+    found = {
+        **page_content(entries, rows, judged),
+        **split.content(entries),
+        **third.content(entries),
+        "table5": table5(entries),
+    }
     return write(folder, scene.name, page(entries, rows, found, judged), found)
+
+
+def third_solvers(scenes: Sequence[Scene], budget: str) -> list[Unit]:
+    """Units of CalculiX on the patch-loaded twins, where it is installed."""
+    return calculix_solver.units(scenes, budget)
 
 
 def page(
@@ -351,6 +361,8 @@ def page(
         sections.convergence_section(content["convergence"]),
         sections.opinions_section(content["opinions"]),
         *sections.plot_sections(entries),
+        split.section(content),
+        third.section(content),
         sections.sensitivity_section(content["sensitivity"]),
         sections.table_section(entries, rows),
         pictures.result(),

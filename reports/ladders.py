@@ -58,6 +58,11 @@ class Ladder:
         return self.solved[-1] if self.solved else None
 
 
+def named(solver: str) -> str:
+    """Name of a solver for people; a third one is called as it calls itself."""
+    return NAMES.get(solver, {"calculix": "CalculiX"}.get(solver, solver))
+
+
 def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
     """The series of a scene, in the order of its entries; the first ANCF series is the one drawn boldest."""
     groups: dict[Any, list[Entry]] = {}
@@ -66,7 +71,8 @@ def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
             groups.setdefault(series(entry), []).append(entry)
     found, plain = [], set()
     for members in groups.values():
-        label, role, mode = NAMES[members[0].solver], "reference", members[0].mode
+        solver, mode = members[0].solver, members[0].mode
+        label, role = named(solver), "reference" if solver in NAMES else "third"
         if members[0].solver == "ancf":
             label, role = _plate_label(members[0]), "ancf exact" if mode in plain else "ancf"
             plain.add(mode)

@@ -11,8 +11,8 @@ from compare.scene import Scene
 from compare.study import Entry, level_name
 from compare.table import answer, percent, quantity, unit
 from compare.verdict import Figure, stated
-from reports import sections
-from reports.ladders import Ladder, band_words, by_mode, ladders, page_content, scenes
+from reports import sections, split, third
+from reports.ladders import NAMES, Ladder, band_words, by_mode, ladders, page_content, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:
@@ -38,7 +38,8 @@ def _figures(scene: Scene, found: Sequence[Ladder]) -> list[Figure]:
         label = f"{scene.name}, {ladder.label}: {what} at its finest level"
         value = answer(entry) if entry else None
         made.append(stated(name, label, value, unit(scene), against="its own ladder", note=note, form=".6g"))
-    gap = percent(*(answer(e) if e else None for e in finest.values())) if len(finest) == 2 else None
+    pair = [finest.get(solver) for solver in NAMES]
+    gap = percent(*map(answer, pair)) if all(pair) else None
     label = f"{scene.name}{f', mode {mode}' if mode else ''}: "
     label += "ANCF against the reference, each at its finest level of this run"
     against = "cross-code: two independent solvers"
@@ -48,7 +49,7 @@ def _figures(scene: Scene, found: Sequence[Ladder]) -> list[Figure]:
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write <scene's name>.html and .json into `folder`; returns the page's path."""
     judged = figures(entries)
-    found = page_content(entries, rows, judged)
+    found = {**page_content(entries, rows, judged), **split.content(entries), **third.content(entries)}
     about = found["provenance"]
     failed = sum(not entry.ok for entry in entries)
     words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
@@ -59,6 +60,8 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         sections.convergence_section(found["convergence"]),
         sections.opinions_section(found["opinions"]),
         *sections.plot_sections(entries),
+        split.section(found),
+        third.section(found),
         sections.sensitivity_section(found["sensitivity"]),
         sections.table_section(entries, rows),
         pictures.result(),
@@ -89,7 +92,9 @@ def limits(entries: Sequence[Entry]) -> list[str]:
     found = [AGREEMENT]
     if any(load.kind == "point" for scene in stated for load in scene.loads):
         found.append(POINT)
-    locked = [e for e in entries if e.solver == "ancf" and e.level.element != "enriched"]
+    locked = [
+        e for e in entries if e.solver == "ancf" and e.level.element != "enriched" and e.scene.material.kind == "svk"
+    ]
     ratios = {e.scene.material.poissons_ratio for e in locked}
     found += [locking(nu) for nu in sorted(ratios) if nu != 0]
     return [*found, "Anything the scene does not mention: it is not modelled."]

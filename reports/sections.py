@@ -21,7 +21,9 @@ from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
 from compare.table import answer, in_ladders, judgements, percent, quantity, unit
 from compare.verdict import Figure
-from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, limit_errors, scenes
+from reports.bodies import bodies, opened
+from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, limit_errors, named, scenes
+from reports.speed_curves import cost_to
 
 COLUMNS = (
     Column("mode", "mode", "d"),
@@ -83,8 +85,9 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
         columns = [c for c in columns if any(rows[i].get(c.key) is not None for i in chosen)]
         shown = [kept[i] for i in chosen]
         notes = [*_judged(scene, [judged[i] for i in chosen]), _timed(shown), *_failed(shown)]
-        blocks.append(Table(caption, columns, [rows[i] for i in chosen], notes))
-    return Section("tables", "All rows", blocks)
+        blocks.append(Table(caption, columns, opened([rows[i] for i in chosen], shown), notes))
+    views = bodies(entries)
+    return Section("tables", "All rows", [views, *blocks] if views else blocks)
 
 
 def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:
@@ -114,7 +117,7 @@ def _timed(entries: Sequence[Entry]) -> str:
 
 
 def _failed(entries: Sequence[Entry]) -> list[str]:
-    failed = [f"{NAMES[e.solver]} {level_name(e.level)}: {e.status}. {e.message}" for e in entries if not e.ok]
+    failed = [f"{named(e.solver)} {level_name(e.level)}: {e.status}. {e.message}" for e in entries if not e.ok]
     return list(dict.fromkeys(failed))
 
 
@@ -193,9 +196,12 @@ def _error_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str)
 
 
 def _work_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str) -> tuple[str, str]:
-    lines = [
-        plots.Series(f.label, f.role, [e.wall_seconds for e in f.solved], _errors(f, target)) for f in found if f.solved
-    ]
+    lines = []
+    for ladder in (f for f in found if f.solved):
+        seconds, errors = [e.wall_seconds for e in ladder.solved], _errors(ladder, target)
+        cost, _ = cost_to(errors, seconds, 1.0)
+        label = ladder.label + (f", 1 % in {cost:.2g} s" if cost is not None else "")
+        lines.append(plots.Series(label, ladder.role, seconds, errors))
     name, title = _titled(scene, found)
     caption = f"{title}. Difference from {what} against wall time, one thread, least of the runs."
     drawn = plots.log_plot(f"work-{name}", f"Work: {title}", caption, lines, "wall time (s)", "|difference| (%)")
@@ -210,14 +216,20 @@ def _history_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str] | No
             finest[ladder.solver] = ladder.finest
     probe = scene.probes[0].name
     paths = [
-        plots.Series(f"{NAMES[s]} {level_name(e.level)}", s, _parameter(e.result), e.result.position(probe)[:, 2])
+        plots.Series(
+            f"{named(s)} {level_name(e.level)}",
+            s if s in NAMES else "third",
+            _parameter(e.result),
+            e.result.position(probe)[:, 2],
+        )
         for s, e in finest.items()
     ]
-    if not paths or len(paths[0].x) < 3:
+    paths = [path for path in paths if len(path.x) > 2]
+    if not paths:
         return None
-    residual = None
-    if len(paths) == 2:
-        one, other = paths
+    residual, pair = None, [path for path in paths if path.role in NAMES]
+    if len(pair) == 2:
+        one, other = pair
         mine, theirs = common_times(one.x, other.x)
         apart = 1e3 * (one.y[mine] - other.y[theirs])
         residual = plots.Series(f"{one.label} minus {other.label}", "difference", one.x[mine], apart)
@@ -283,7 +295,7 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
     moved = [row for row in changes if row["change_percent"] is not None and row["variant"] != AS_STATED]
     many = len({row["solver"] for row in moved}) > 1
     bars = [
-        plots.Bar(row["variant"] + (f" ({NAMES[row['solver']]})" if many else ""), row["solver"], row["change_percent"])
+        plots.Bar(row["variant"] + (f" ({named(row['solver'])})" if many else ""), row["solver"], row["change_percent"])
         for row in moved
     ]
     words = (
@@ -347,7 +359,11 @@ def picture_section(entries: Sequence[Entry], chosen: Sequence[str]) -> Section:
 
 def _jobs(entries: Sequence[Entry], name: str) -> list[figures.Job]:
     """The pictures of one scene, solvers side by side."""
-    found = [f for f in ladders(entries, name) if f.role != "ancf exact" and f.finest and f.mode in (None, 1)]
+    found = [
+        f
+        for f in ladders(entries, name)
+        if f.solver in NAMES and f.role != "ancf exact" and f.finest and f.mode in (None, 1)
+    ]
     drawn = [f.finest for f in found if f.finest.result.outline is not None]
     vibrate = any(entry.result.outline.modes is not None for entry in drawn)
     greatest = max((_reach(entry) for entry in drawn), default=0.0)
@@ -365,7 +381,7 @@ def _mode_job(entry: Entry, mode: int) -> figures.Job:
     corner = shape[np.argmax(outline.points @ (1.0, 1.0, 1e-3))]
     shape = shape * np.sign(corner[np.abs(corner).argmax()] or 1.0)
     hertz = f"{entry.result.frequencies[mode]:.6g} Hz"
-    words = f"{NAMES[entry.solver]} {level_name(entry.level)}: mode {mode + 1}, {hertz}; size and sign mean nothing"
+    words = f"{named(entry.solver)} {level_name(entry.level)}: mode {mode + 1}, {hertz}; size and sign mean nothing"
     bent = replace(outline, displacement=REACH * size * shape, modes=None)
     name = f"{entry.scene.name}-mode-{mode + 1}-{entry.solver}"
     return figures.Job(name, words, "mode", entry.solver, bent, greatest=REACH * size)
@@ -382,7 +398,7 @@ def _job(view: str, entry: Entry, greatest: float) -> figures.Job | None:
     groove = scene.grooves[0] if scene.grooves else None
     below = groove is not None and groove.face == "bottom"
     side = "seen from below" if below else "seen from above"
-    who = f"{NAMES[solver]} {level_name(entry.level)} ({entry.result.unknowns} unknowns)"
+    who = f"{named(solver)} {level_name(entry.level)} ({entry.result.unknowns} unknowns)"
     words, extra = {
         "mesh": (f"undeformed mesh of {scene.name}, {side}", {"below": below}),
         "section": (f"groove “{groove.name}” where it meets edge x1, {side}" if groove else "", {"below": below}),

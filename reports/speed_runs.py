@@ -270,7 +270,7 @@ def newton(size: float, steps: int = 3, time_step: float = 0.01) -> dict[str, An
     from reference_fe import dynamics
 
     begin = time.perf_counter()
-    model = _discretised(load(PLAIN), size)
+    model = discretised(load(PLAIN), size)
     setup = time.perf_counter() - begin
     acting, memory = model.system, model.memory
     state, walls = dynamics.begin(acting, model.velocity), []
@@ -303,7 +303,7 @@ def _mesh(scene: Scene, edge: float):
     return frame, make(plate, spacing_of(plate, edge), surface)
 
 
-def _discretised(scene: Scene, edge: float):
+def discretised(scene: Scene, edge: float):
     """The reference's model of a scene at an edge length (m)."""
     from reference_fe.run import discretise
 
@@ -337,7 +337,7 @@ def calculix_run(size: float, time_step: float, until: float = 1.0, scene: str =
     if not calculix.available():
         return {"status": "absent: ccx is not on the path (Debian package calculix-ccx)"}
     stated = load(scene)
-    model = _discretised(stated, size)
+    model = discretised(stated, size)
     nodes, weights = model.solid.mesh.doflocs.T, model.probes[0]
     printed = np.flatnonzero(weights)
     problem = calculix.Problem(

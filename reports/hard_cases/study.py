@@ -16,7 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from types import ModuleType
 
-from compare import gate
+from compare import ci, gate
 from compare.provenance import provenance
 from compare.report import Commands, Facts, Page, Section, Verdict, write
 from compare.scene import BUDGETS
@@ -131,6 +131,7 @@ def main(words: Sequence[str] | None = None) -> int:
         gate.accept(gate_rows(chapters), options.accept, "hard_cases", BASELINE)
     if options.check:
         verdict = gate.check(gate_rows(chapters), gate.read(BASELINE))
+        ci.write(verdict, "hard_cases", options.junit, options.summary)
         print("\n".join(gate.lines(verdict)))
         return int(not verdict.passed)
     return int(any(case.met is False for part in chapters.values() for case in part.cases))
@@ -143,5 +144,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
     parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
     parser.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
+    parser.add_argument("--junit", type=Path, metavar="FILE", help="with --check: write the verdict as JUnit XML")
+    parser.add_argument("--summary", type=Path, metavar="FILE", help="with --check: append the verdict as Markdown")
     parser.add_argument("--accept", metavar="REASON", help="make these values the accepted ones (budget quick)")
     return parser

@@ -191,11 +191,11 @@ def test_tangent_of_a_moment_is_the_difference_of_its_force(make_body, deformed)
     acting = system(plate, clamp(plate.mesh, "x0", "all"), (), 0.05, [load])
     q, eps = deformed(plate).ravel(), 1e-6
     plain = acting.assembly.pattern.full(acting.tangent(q)).toarray()
-    K = acting.assembly.pattern.full(acting.tangent_static(q, 0.7)).toarray() - plain
+    K = acting.assembly.pattern.full(acting.tangent_loaded(q, 0.7)).toarray() - plain
     for u in np.flatnonzero(np.abs(K).sum(axis=0))[::5]:
         move = np.zeros_like(q)
         move[acting.assembly.free[u]] = eps
-        change = (acting.moments_total(q + move, 0.7) - acting.moments_total(q - move, 0.7)) / (2 * eps)
+        change = (acting.following_total(q + move, 0.7) - acting.following_total(q - move, 0.7)) / (2 * eps)
         np.testing.assert_allclose(-K[:, u], change[acting.assembly.free], atol=1e-6 * np.abs(change).max() + 1e-9)
 
 

@@ -1,6 +1,8 @@
 """The page in a real browser: no request but its own file, no message on the console, dark and print."""
 
+import html
 import json
+import re
 import shutil
 import subprocess
 
@@ -9,7 +11,7 @@ import synthetic_study
 
 from compare.scene import load
 from compare.table import rows
-from reports import cantilever
+from reports import cantilever, sections
 
 CHROMIUM = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium or google-chrome on this machine")
@@ -17,6 +19,7 @@ QUIET = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-sync", "--disable-extensions"),
     *("--disable-background-networking", "--disable-component-update", "--disable-default-apps", "--hide-scrollbars"),
     "--host-resolver-rules=MAP * ~NOTFOUND",
+    *("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"),
 )
 
 
@@ -42,14 +45,121 @@ def requests(page, folder):
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    """A page of the quick study, without pictures."""
-    entries = synthetic_study.entries("quick", outlines=False)
-    return cantilever.publish(load("cantilever"), entries, rows(entries), tmp_path_factory.mktemp("page"))
+    """A page of the quick study with bodies and, run twice, a trend; its folder has an index."""
+    entries = synthetic_study.entries("quick")
+    folder = tmp_path_factory.mktemp("page")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sections.figures, "render", lambda jobs: ([], "not drawn here"))
+        cantilever.publish(load("cantilever"), entries, rows(entries), folder)
+        return cantilever.publish(load("cantilever"), entries, rows(entries), folder)
 
 
-def test_the_page_asks_for_nothing_and_complains_about_nothing(page, tmp_path):
+@pytest.mark.parametrize("name", ["cantilever.html", "index.html"])
+def test_the_page_asks_for_nothing_and_complains_about_nothing(page, tmp_path, name):
     """Not one address beyond file:, not one console message."""
-    assert requests(page, tmp_path) == ([], [])
+    assert requests(page.with_name(name), tmp_path) == ([], [])
+
+
+def tried(page, folder, script, size="1200,900", options=()):
+    """What a script that is let into the page says of it, as JSON in the title."""
+    probe = folder / "probe.html"
+    text = re.sub(r"script-src '[^']*'", "script-src 'unsafe-inline'", page.read_text(encoding="utf-8"))
+    wrapped = (
+        "<script>addEventListener('error', (event) => { document.title = 'error: ' + event.message; });"
+        f"(async () => {{ {script} }})().then((found) => {{ document.title = JSON.stringify(found); }},"
+        "(error) => { document.title = 'error: ' + error; });</script></body>"
+    )
+    probe.write_text(text.replace("</body>", wrapped), encoding="utf-8")
+    run = browse(probe, folder, f"--window-size={size}", "--virtual-time-budget=8000", "--dump-dom", *options)
+    return json.loads(html.unescape(run.stdout.partition("<title>")[2].partition("</title>")[0]))
+
+
+def test_a_header_sorts_and_words_filter(page, tmp_path):
+    """Numbers sort by their full value, rows without one stay last, a filter hides the rows without its words."""
+    script = """
+    const named = (box) => box.getAttribute('aria-label').startsWith('Cantilever plate w');
+    const box = [...document.querySelectorAll('.box')].find(named);
+    const table = box.querySelector('table'), head = [...table.tHead.rows].at(-1).cells;
+    const column = [...head].findIndex((cell) => cell.textContent.startsWith('height'));
+    const values = () => [...table.tBodies[0].rows].filter((row) => !row.hidden)
+      .map((row) => Number(row.cells[column].querySelector('data').value));
+    head[column].querySelector('button').click();
+    const up = values();
+    head[column].querySelector('button').click();
+    const down = values(), input = box.previousElementSibling.querySelector('input');
+    input.value = 'reference';
+    input.dispatchEvent(new Event('input'));
+    return { up, down, filtered: values().length, sorted: head[column].getAttribute('aria-sort') };"""
+    found = tried(page, tmp_path, script.replace("'height'", "'value'"))
+    assert found["up"] == sorted(found["up"]) and found["down"] == found["up"][::-1] and len(found["up"]) > 5
+    assert 0 < found["filtered"] < len(found["up"]) and found["sorted"] == "descending"
+
+
+def test_a_row_opens_its_run_in_three_dimensions(page, tmp_path):
+    """The button of a row shows a dialog whose canvas is drawn on; another step draws another picture."""
+    script = """
+    const button = document.querySelector('tr[data-run] .open3d'), key = button.closest('tr').dataset.run;
+    button.click();
+    while (document.documentElement.dataset.viewed !== key) await new Promise((done) => setTimeout(done, 20));
+    const canvas = document.querySelector('dialog canvas'), gl = canvas.getContext('webgl2');
+    const painted = () => {
+      const pixels = new Uint8Array(4 * canvas.width * canvas.height);
+      gl.readPixels(0, 0, canvas.width, canvas.height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      let count = 0;
+      for (let i = 3; i < pixels.length; i += 4) count += pixels[i] > 0;
+      return count / canvas.width / canvas.height;
+    };
+    const bent = painted(), step = document.querySelector('dialog input[type=range]');
+    step.value = -1;
+    step.dispatchEvent(new Event('input'));
+    return { open: document.querySelector('dialog').open, bent, flat: painted() };"""
+    found = tried(page, tmp_path, script)
+    assert found["open"] and found["bent"] > 0.03 and found["flat"] > 0.03
+    assert abs(found["bent"] - found["flat"]) > 1e-3
+
+
+def test_a_plot_tells_values_and_hides_a_series(page, tmp_path):
+    """The pointer on a marker names series and value; a switch takes the series away."""
+    script = """
+    const svg = document.querySelector('#values svg[data-points]'), line = JSON.parse(svg.dataset.points)[0];
+    const at = new DOMPoint(...line.at[0]).matrixTransform(svg.getScreenCTM());
+    svg.dispatchEvent(new PointerEvent('pointermove', { clientX: at.x, clientY: at.y, bubbles: true }));
+    const figure = svg.closest('figure'), said = figure.querySelector('.tip').textContent;
+    const marker = svg.querySelector(`[data-series="${line.id}"] use`).getBoundingClientRect();
+    figure.querySelector('.switches button').click();
+    const apart = [marker.x + marker.width / 2 - at.x, marker.y + marker.height / 2 - at.y];
+    return { said, label: line.label, apart: Math.hypot(...apart),
+      hidden: getComputedStyle(svg.querySelector(`[data-series="${line.id}"]`)).display };"""
+    found = tried(page, tmp_path, script)
+    assert found["said"].startswith(found["label"] + ": ") and found["hidden"] == "none"
+    assert found["apart"] < 1.5  # px: the place that the script knows is where the marker was drawn
+
+
+def test_words_contrast_with_what_is_behind_them(page, tmp_path):
+    """WCAG 2.2 AA: every visible text at 4.5 to 1 at least (3 to 1 where it is large), light and dark."""
+    for scheme in ("1", "0"):
+        found = tried(page, tmp_path, CONTRAST, options=(f"--blink-settings=preferredColorScheme={scheme}",))
+        assert found["seen"] > 300 and found["poor"] == []
+
+
+def test_it_is_small_and_there_in_a_second(page, tmp_path):
+    """5 MB at most; first paint and load within a second of opening, on an idle machine with the pictures in it."""
+    script = """
+    await new Promise((done) => setTimeout(done, 300));
+    const [navigation] = performance.getEntriesByType('navigation');
+    const paint = performance.getEntriesByType('paint').find((entry) => entry.name === 'first-contentful-paint');
+    return { interactive: navigation.domInteractive, paint: paint ? paint.startTime : null,
+      requests: performance.getEntriesByType('resource').map((entry) => entry.name) };"""
+    found = tried(page, tmp_path, script)
+    assert page.stat().st_size < 5e6
+    assert found["requests"] == [] and found["interactive"] < 3000
+
+
+def test_a_screenshot_is_kept(page, tmp_path_factory):
+    """The top of the page as a reader sees it, beside the test's other files."""
+    shot = tmp_path_factory.getbasetemp() / "page.png"
+    browse(page, shot.parent, f"--screenshot={shot}", "--window-size=1200,1600")
+    assert shot.stat().st_size > 20_000
 
 
 def test_the_browser_would_have_told(tmp_path):
@@ -58,6 +168,32 @@ def test_the_browser_would_have_told(tmp_path):
     bad.write_text('<!doctype html><img src="http://example.invalid/x.png"><script>console.error("oh")</script>')
     asked, said = requests(bad, tmp_path)
     assert asked == ["http://example.invalid/x.png"] and any('"oh"' in line for line in said)
+
+
+CONTRAST = """
+    const numbers = (colour) => (colour.match(/[\\d.]+/g) || [0, 0, 0, 0]).map(Number);
+    const light = (c) => { const v = c / 255; return v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4; };
+    const luminance = ([r, g, b]) => 0.2126 * light(r) + 0.7152 * light(g) + 0.0722 * light(b);
+    const behind = (element) => {
+      for (let at = element; at; at = at.parentElement) {
+        const [r, g, b, a = 1] = numbers(getComputedStyle(at).backgroundColor);
+        if (a > 0.99) return [r, g, b];
+      }
+      return [255, 255, 255];
+    };
+    const poor = new Set();
+    let seen = 0;
+    for (const element of document.querySelectorAll('body *')) {
+      const own = [...element.childNodes].some((node) => node.nodeType === 3 && node.textContent.trim());
+      if (!own || element.closest('script, dialog, svg') || !element.getClientRects().length) continue;
+      const style = getComputedStyle(element);
+      const [one, two] = [luminance(numbers(style.color)), luminance(behind(element))];
+      const ratio = (Math.max(one, two) + 0.05) / (Math.min(one, two) + 0.05), size = parseFloat(style.fontSize);
+      seen += 1;
+      if (ratio < (size >= 24 || (size >= 18.66 && style.fontWeight >= 700) ? 3 : 4.5))
+        poor.add(`${element.tagName}.${element.className}: ${ratio.toFixed(2)}`);
+    }
+    return { seen, poor: [...poor] };"""
 
 
 def corner(page, folder, *options):
@@ -76,16 +212,11 @@ def test_light_and_dark_are_different_pages(page, tmp_path):
     assert min(light) > 230 and max(dark) < 60
 
 
-def test_it_fits_a_phone(page, tmp_path):
-    """At 400 px nothing but the boxes of the tables is wider than the screen."""
-    probe = tmp_path / "probe.html"
-    text = page.read_text(encoding="utf-8").replace(
-        "default-src 'none'", "default-src 'none'; script-src 'unsafe-inline'"
-    )
-    ask = "<script>document.title = [innerWidth, document.documentElement.scrollWidth].join()</script></body>"
-    probe.write_text(text.replace("</body>", ask), encoding="utf-8")
-    run = browse(probe, tmp_path, "--window-size=500,900", "--dump-dom")
-    inner, wide = map(int, run.stdout.partition("<title>")[2].partition("<")[0].split(","))
+@pytest.mark.parametrize("name", ["cantilever.html", "index.html"])
+def test_it_fits_a_phone(page, tmp_path, name):
+    """At 500 px, the least width of this browser, nothing but the boxes of the tables is wider than the screen."""
+    ask = "return [innerWidth, document.documentElement.scrollWidth];"
+    inner, wide = tried(page.with_name(name), tmp_path, ask, "500,900")
     assert inner <= 500 and wide <= inner
 
 

@@ -29,7 +29,7 @@ def changed(changes, base=GROOVED):
         elif last == "end":
             place.append(value)
         else:
-            place[int(last) if isinstance(place, list) else last] = value
+            place[int(last) if isinstance(place, list) else last] = copy.deepcopy(value)
     return data
 
 
@@ -74,7 +74,10 @@ KEYS = {
     "all of the gain": ({"ancf.levels.0.enrich": 1.0}, "ancf.levels.0.enrich = 1.0: must be less than 1"),
     "line on the edge": ({"ancf.levels.0.fit": [0.0]}, "ancf.levels.0.fit.0 = 0.0: must be greater than 0"),
     "fractional mesh": ({"ancf.levels.0.mesh": [2.5, 2]}, "ancf.levels.0.mesh.0 = 2.5: needs a whole number"),
-    "kind of surface": ({"surface.kind": "disc"}, "surface.kind = 'disc': must be one of 'rectangle', 'nurbs'"),
+    "kind of surface": (
+        {"surface.kind": "disc"},
+        "surface.kind = 'disc': must be one of 'rectangle', 'nurbs', 'revolved'",
+    ),
     "no kind of load": ({"loads.0.kind": GONE}, "loads.0.kind: this key is missing"),
     "kind of load": (
         {"loads.0.kind": "wind"},
@@ -249,6 +252,44 @@ CURVES = {
     "weight of zero": (
         {"grooves.end": profile(weights=[1, 0, 1])},
         "grooves.2.profile.weights.1 = 0: must be greater than 0",
+    ),
+}
+
+RUBBER = {"kind": "mooney-rivlin", "mu10": 0.8e6, "mu01": 0.2e6, "bulk_modulus": 3e7, "density": 1100.0}
+RUBBERS = {
+    "no such material": ({"material.kind": "ogden"}, "material.kind = 'ogden': must be one of 'svk', 'mooney-rivlin'"),
+    "constants of another material": (
+        {"material": {**RUBBER, "youngs_modulus": 2e6}},
+        "material.youngs_modulus = 2000000.0: unknown key",
+    ),
+    "no bulk modulus": (
+        {"material": RUBBER, "material.bulk_modulus": GONE},
+        "material.bulk_modulus: this key is missing",
+    ),
+    "no shear": ({"material": {**RUBBER, "mu10": 0.0}}, "material.mu10 = 0.0: must be greater than 0"),
+    "negative second constant": (
+        {"material": {**RUBBER, "mu01": -1.0}},
+        "material.mu01 = -1.0: must be greater than or equal to 0",
+    ),
+    "no mass": (
+        {"material": RUBBER, "material.density": GONE},
+        "material.density: this key is missing; dynamics cannot do without mass",
+    ),
+    "no quadratic form": (
+        {"material": RUBBER, "ancf.levels.0.integrator": "energy-momentum"},
+        "ancf.levels.0.integrator = 'energy-momentum': keeps the energy of an svk solid alone",
+    ),
+    "layers": ({"material": RUBBER, "ancf.levels.0.enrich": 0.9}, "ancf.levels.0.enrich = 0.9: its indicator is that"),
+    "energy of a load that follows": (
+        {
+            "loads.0": {"kind": "pressure", "face": "top", "pressure": 3.0, "follower": True},
+            "ancf.levels.0.integrator": "energy-momentum",
+        },
+        "ancf.levels.0.integrator = 'energy-momentum': with loads.0.follower it takes dead loads only",
+    ),
+    "volume of a material without a choice": (
+        {"ancf.levels.0.volumetric": "reduced"},
+        "ancf.levels.0.volumetric = 'reduced': for material.kind = 'mooney-rivlin' alone",
     ),
 }
 
@@ -429,7 +470,8 @@ SURFACES = {
 
 
 @pytest.mark.parametrize(
-    "changes, expected", [pytest.param(*case, id=name) for name, case in (KEYS | ACTS | BANDS | CURVES | REST).items()]
+    "changes, expected",
+    [pytest.param(*case, id=name) for name, case in (KEYS | ACTS | BANDS | CURVES | REST | RUBBERS).items()],
 )
 def test_a_wrong_scene_is_refused(changes, expected):
     """One line for one mistake: file, key, value, reason."""

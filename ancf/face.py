@@ -1,0 +1,143 @@
+"""Points on the plate's true face, where it may touch something, and what forces there do to the unknowns.
+
+The points are those of the elements' own rules in (x, y), subdomain by subdomain, at the height of the face there:
+below a groove that of its floor, so that a floor touches only what reaches it. Upright walls have none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from ancf.assembly import Assembly, MixedAssembly
+from ancf.functional import interpolation
+from ancf.mesh import Mesh
+from ancf.subdomain import Band, element_rule, thickness_range
+
+SHIFT = 1e-6  # of the thickness: difference that the slope of a face is taken from
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """n points on one face of the plate.
+
+    points (n, 3): reference coordinates. share (n,): area of the undeformed face (m2) that each stands for.
+    rows (n, v): their positions are rows @ vectors. Elements have unequally many points q and functions i; the
+    arrays number (e, q) and S (e, q, i) are filled up with the point n and zeros. places (e, i, i, 3, 3): where the
+    entry of functions i, k and components a, b goes in the values (nnz,) of a lower triangle, nnz where nowhere.
+    element (n,): of each point.
+    """
+
+    points: np.ndarray
+    share: np.ndarray
+    rows: sp.csr_matrix
+    rows_t: sp.csr_matrix
+    element: np.ndarray
+    number: np.ndarray
+    S: np.ndarray
+    places: np.ndarray
+    nnz: int
+
+    def positions(self, q: np.ndarray) -> np.ndarray:
+        """Positions (n, 3) in m of components (3 v,), or velocities of velocities."""
+        return self.rows @ q.reshape(-1, 3)
+
+    def spread(self, near: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Generalised forces (3 v,) of forces (m, 3) at the points near (m,)."""
+        every = np.zeros_like(self.points)
+        every[near] = force
+        return (self.rows_t @ every).ravel()
+
+    def matrix(self, near: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values (nnz,) of sum_q S_i S_k B_ab of blocks B (m, 3, 3) at the points near (m,), and of its transpose."""
+        every = np.zeros((len(self.points) + 1, 3, 3))
+        every[near] = blocks
+        e = np.unique(self.element[near])
+        S, B = self.S[e], every[self.number[e]]
+        weighted = (S[..., None] * B.reshape(*B.shape[:2], 1, 9)).reshape(*B.shape[:2], -1)
+        i = S.shape[2]
+        K = (S.swapaxes(1, 2) @ weighted).reshape(len(e), i, i, 3, 3)
+        slots = self.places[e].ravel()
+        both = (K, K.transpose(0, 2, 1, 4, 3))
+        lower, upper = (np.bincount(slots, part.ravel(), self.nnz + 1)[:-1] for part in both)
+        return lower, upper
+
+
+def face(
+    mesh: Mesh,
+    bands: Sequence[Band],
+    thickness: float,
+    counts: tuple[int, int],
+    side: int,
+    sums: Assembly | MixedAssembly,
+    integration: str = "subdomain",
+) -> Face:
+    """The face on a side, BOTTOM or TOP, with `counts` points along x and y in each subdomain."""
+    found = [_of_element(mesh, e, bands, thickness, counts, side, integration) for e in range(len(mesh.cells))]
+    points, share = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    element = np.repeat(np.arange(len(found)), [len(own) for own, _ in found])
+    rows = interpolation(mesh, element, points)
+    vectors = [mesh.element(e).vectors for e in range(len(found))]
+    number, S = _padded(rows, element, vectors)
+    places = np.stack([_places(own, S.shape[2], sums) for own in vectors])
+    nnz = len(sums.pattern.indices)
+    return Face(points, share, rows, rows.T.tocsr(), element, number, S, places, nnz)
+
+
+def _of_element(mesh: Mesh, e: int, bands, thickness: float, counts, side: int, integration: str):
+    """Points (q, 3) of an element and the area (q,) of its undeformed face that each stands for.
+
+    A rule with one point through the thickness has the weights of its plane times the thickness there.
+    """
+    columns = element_rule(mesh.cells[e], bands, thickness, (*counts, 1), integration)
+    x, y, _ = columns.points.T
+    z_range = thickness_range(bands, thickness, x, y)
+    z = z_range[0] if side < 0 else z_range[1]
+    points = np.column_stack([x, y, z])
+    weights = columns.weights / (z_range[1] - z_range[0])
+    (x0, x1), (y0, y1) = mesh.cells[e]
+    shape, vectors = mesh.element(e)
+    S_p = shape.evaluate(points - (x0, y0, 0.0), (x1 - x0, y1 - y0))[1]
+    J = np.einsum("ic,qip->qpc", mesh.vectors[vectors], S_p)
+    slopes = _slopes(bands, thickness, x, y, side)
+    along_x, along_y = (J[:, axis] + slopes[axis][:, None] * J[:, 2] for axis in (0, 1))
+    return points, weights * np.linalg.norm(np.cross(along_x, along_y), axis=1)
+
+
+def _slopes(bands: Sequence[Band], thickness: float, x: np.ndarray, y: np.ndarray, side: int) -> list[np.ndarray]:
+    """Slopes (q,) of the face's height along x and y by central differences."""
+    h = SHIFT * thickness
+    height = [
+        [thickness_range(bands, thickness, x + sign * dx, y + sign * dy)[side > 0] for sign in (1, -1)]
+        for dx, dy in ((h, 0.0), (0.0, h))
+    ]
+    return [(ahead - behind) / (2 * h) for ahead, behind in height]
+
+
+def _padded(rows: sp.csr_matrix, element: np.ndarray, vectors: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """number (e, q) and S (e, q, i) of `Face`."""
+    counts = np.bincount(element, minlength=len(vectors))
+    most = max(len(own) for own in vectors)
+    number = np.full((len(vectors), counts.max()), len(element))
+    S = np.zeros((*number.shape, most))
+    for e, (own, stop) in enumerate(zip(vectors, counts.cumsum(), strict=True)):
+        first = stop - counts[e]
+        number[e, : counts[e]] = np.arange(first, stop)
+        S[e, : counts[e], : len(own)] = rows[first:stop].toarray()[:, own]
+    return number, S
+
+
+def _places(vectors: np.ndarray, most: int, sums: Assembly | MixedAssembly) -> np.ndarray:
+    """places (i, i, 3, 3) of one element's functions, filled up to `most`."""
+    nnz, n, i = len(sums.pattern.indices), sums.pattern.n, len(vectors)
+    unknown = sums.unknown_of.reshape(-1, 3)[vectors].astype(np.int64)
+    row, column = np.broadcast_arrays(unknown[:, None, :, None], unknown[None, :, None, :])
+    found = np.full((most, most, 3, 3), nnz, dtype=np.int32)
+    kept = (column >= 0) & (row >= column)
+    own = np.full(row.shape, nnz, dtype=np.int32)
+    own[kept] = np.searchsorted(sums.pattern.keys, column[kept] * n + row[kept])
+    found[:i, :i] = own
+    return found

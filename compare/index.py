@@ -1,0 +1,80 @@
+"""The index: one page over all studies whose JSON lies in a folder, with verdict, margins and date."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from compare.files import write_text
+from compare.history import used
+from compare.report import Column, Link, Page, Section, Table, Text, render
+
+NAME = "index.html"
+COLUMNS = (
+    Column("page", "page", "link"),
+    Column("verdict", "verdict", "tag"),
+    Column("judged", "met"),
+    Column("worst", "nearest to its bar", "wrap"),
+    Column("part", "of its bar", ".3g", "%"),
+    Column("budget", "budget"),
+    Column("date", "date"),
+    Column("commit", "commit"),
+    Column("size", "size", ".2f", "MB"),
+)
+
+
+def write(folder: Path) -> Path:
+    """Write index.html over the studies of a folder; returns its path."""
+    path = folder / NAME
+    write_text(path, render(page(folder)))
+    return path
+
+
+def page(folder: Path) -> Page:
+    """The index as a page. A JSON that cannot be read is named, and left out."""
+    rows, unread = [], []
+    for path in sorted(folder.glob("*.json")):
+        try:
+            rows.append(_row(path, json.loads(path.read_text(encoding="utf-8"))))
+        except (ValueError, KeyError, TypeError, AttributeError, OSError) as error:
+            unread.append(f"{path.name} is no page's JSON: {type(error).__name__}.")
+    rows.sort(key=lambda row: (row["verdict"] != "missed", row["page"].text))
+    judged, met = sum(row["asked"] for row in rows), sum(row["met"] for row in rows)
+    words = f"{len(rows)} studies, {met} of {judged} judged figures met." if rows else "No study has been run yet."
+    table = Table("Studies", COLUMNS, rows, [NOTE, *unread])
+    return Page("Groovecheck", LEAD, [Section("studies", "Studies", [Text([words]), table])], FOOTER)
+
+
+def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
+    """What the index says of a study's JSON."""
+    figures, about = content["figures"], content["provenance"]
+    asked = [figure for figure in figures.values() if figure["met"] is not None]
+    parts = {name: used(figure) for name, figure in figures.items()}
+    parts = {name: part for name, part in parts.items() if part is not None}
+    worst = max(parts, key=parts.get, default=None)
+    label = content.get("notes", {}).get(worst, {}).get("label", worst)
+    met = sum(bool(figure["met"]) for figure in asked)
+    html = path.with_suffix(".html")
+    return {
+        "page": Link(quote(html.name), str(content.get("title") or path.stem)),
+        "verdict": ("stated" if not asked else "met" if met == len(asked) else "missed"),
+        "asked": len(asked),
+        "met": met,
+        "judged": f"{met} of {len(asked)}",
+        "worst": label,
+        "part": None if worst is None else 100 * parts[worst],
+        "budget": content.get("budget") or about.get("budget"),
+        "date": str(about.get("date", ""))[:16].replace("T", " "),
+        "commit": about.get("commit"),
+        "size": html.stat().st_size / 1e6,
+    }
+
+
+LEAD = "How far a fast plate model can be trusted, and what it costs to be right: every study of this folder."
+NOTE = (
+    "Met: judged figures within their bars. Nearest to its bar: the judged figure that uses the largest part of it, "
+    "met up to 100 %. Stated: the study states figures and asks nothing of them."
+)
+FOOTER = "A pass is evidence, not proof: each page says what it does not prove."

@@ -1,0 +1,223 @@
+"""Contact point by point: gaps, the law by hand, the true face, and tangents against differences of forces."""
+
+import numpy as np
+import pytest
+
+from ancf import obstacle
+from ancf.contact import (
+    Contact,
+    Law,
+    Motion,
+    Pair,
+    friction,
+    part_inside,
+    pressure_at_end,
+    pressure_in_mean,
+)
+from ancf.face import face
+from ancf.nurbs import Curve
+from ancf.subdomain import BOTTOM, GROOVE, TOP, Band
+from ancf.system import system
+
+from .conftest import PLATES, THICKNESS
+
+GROUND = obstacle.plane([0, 0, 0.1], [0, 0, 2.0])
+SLOPE = obstacle.plane([0.1, 0, 0], [0.2, -0.3, 1.0])
+BALL = obstacle.sphere([0.1, 0.2, -0.5], 0.8)
+DRUM = obstacle.drum([0.1, 0.2, -0.5], [1.0, 0.5, 0.1], 0.8)
+BODIES = {"plane": SLOPE, "sphere": BALL, "drum": DRUM}
+
+
+@pytest.fixture(params=["enriched"])
+def element(request):
+    """The default element; the tangent is also taken of the paper's."""
+    return request.param
+
+
+LAW = Law(stiffness=1000.0, damping=10.0, friction=0.5, stick_stiffness=400.0, stick_damping=2.0)
+
+
+@pytest.mark.parametrize("kind", BODIES)
+def test_normals_are_the_gradient_of_the_gap_and_turning_that_of_the_normals(kind):
+    body, x, h = BODIES[kind], np.random.default_rng(1).normal(size=(7, 3)), 1e-6
+    steps = np.eye(3) * h
+    slope = np.stack([(body.gap(x + e) - body.gap(x - e)) / (2 * h) for e in steps], axis=1)
+    np.testing.assert_allclose(body.normals(x), slope, atol=1e-9)  # h^2 and round-off / h
+    turned = np.stack([(body.normals(x + e) - body.normals(x - e)) / (2 * h) for e in steps], axis=2)
+    np.testing.assert_allclose(body.turning(x), turned, atol=1e-8)
+    y = x + np.random.default_rng(2).normal(size=x.shape)
+    mean = body.mean_normals(x, y)
+    np.testing.assert_allclose(np.einsum("nc,nc->n", mean, y - x), body.gap(y) - body.gap(x), atol=1e-14)
+
+
+def test_gaps_by_hand():
+    assert GROUND.gap(np.array([[5.0, 3.0, 0.35]])) == pytest.approx([0.25])
+    assert obstacle.sphere([0, 0, 1], 2.0).gap(np.array([[3.0, 0, 1 + 4.0]])) == pytest.approx([3.0])
+    assert obstacle.drum([0, 0, 1], [0, 7.0, 0], 2.0).gap(np.array([[3.0, 9.0, 1 + 4.0]])) == pytest.approx([3.0])
+
+
+def one(x0, x1, v, rate=0.0):
+    """Motion of one point above GROUND."""
+    x0, x1, v = (np.array([value], dtype=float) for value in (x0, x1, v))
+    return Motion(x0, x1, -GROUND.gap(x0), -GROUND.gap(x1), v, rate)
+
+
+@pytest.mark.parametrize(
+    ("z0", "z1", "v", "pressure"),
+    [
+        (0.09, 0.07, -0.5, 1000 * 0.03 + 10 * 0.5),  # inside throughout: k d + c d'
+        (0.09, 0.07, 0.5, 1000 * 0.03 - 10 * 0.5),  # the damper helps the point out
+        (0.09, 0.097, 0.5, 0.0),  # 3 - 5 < 0: it does not pull
+        (0.12, 0.07, -0.5, 1000 * 0.03 + 10 * 0.5 * 0.6),  # 0.03 of 0.05 m were inside
+        (0.12, 0.11, -0.5, 0.0),  # outside
+    ],
+)
+def test_pressure_of_one_point_by_hand(z0, z1, v, pressure):
+    found = pressure_at_end(LAW, GROUND, one([0, 0, z0], [0, 0, z1], [0, 0, v]))
+    assert found.p == pytest.approx([pressure])
+    np.testing.assert_array_equal(found.n, [[0, 0, 1]])
+
+
+@pytest.mark.parametrize(
+    ("z0", "z1", "pressure"),
+    [
+        (0.09, 0.07, 1000 * 0.02 + 10 * 0.02 / 0.1),  # mean depth 0.02, 0.02 m deeper in 0.1 s
+        (0.12, 0.07, 1000 * 0.03**2 / 2 / 0.05 + 10 * 0.03 / 0.1),  # U / 0.05 m
+        (0.07, 0.12, 1000 * 0.03**2 / 2 / 0.05 - 10 * 0.03 / 0.1),
+        (0.12, 0.11, 0.0),
+    ],
+)
+def test_mean_pressure_of_one_point_by_hand(z0, z1, pressure):
+    found = pressure_in_mean(LAW, GROUND, one([0, 0, z0], [0, 0, z1], [0, 0, (z1 - z0) / 0.1], 10.0))
+    assert found.p == pytest.approx([pressure])
+
+
+def test_friction_of_one_point_by_hand():
+    """mu p = 10 Pa: 0.01 m at 0.5 m/s stick with 400 x 0.01 + 2 x 0.5 = 5; 0.04 m more would be 21 and slide."""
+    motion = one([0, 0, 0.08], [0.01, 0, 0.08], [0.5, 0, 0])
+    normal = pressure_at_end(LAW, GROUND, motion)
+    stuck = friction(LAW, GROUND, motion, normal.p, np.zeros((1, 3)))
+    np.testing.assert_allclose([stuck.t[0], stuck.slip[0]], [[-5.0, 0, 0], [0.01, 0, 0]], atol=1e-14)
+    slid = friction(LAW, GROUND, motion, normal.p, np.array([[0.04, 0, 0]]))
+    np.testing.assert_allclose([slid.t[0], slid.slip[0]], [[-10.0, 0, 0], [10 / 400, 0, 0]], atol=1e-14)
+
+
+def test_part_of_a_step_inside_is_continuous_where_a_point_enters_and_where_a_step_begins():
+    theta, _ = part_inside(np.array([-0.1, -0.1, -1e-12, 0.0]), np.array([1e-12, 0.1, 0.1, 0.1]))
+    np.testing.assert_allclose(theta, [0.0, 0.5, 1.0, 1.0], atol=1e-10)
+
+
+MADE = {}
+
+
+def faced(make_body, kind="grooved", side=BOTTOM, counts=(4, 4), bands=None):
+    """A free plate of `conftest.PLATES`, or one with these bands on its flat lines, and one of its faces."""
+    own = PLATES[kind][1] if bands is None else bands
+    key = make_body.args, kind, bands
+    if key not in MADE:
+        plate = make_body(kind, bands=own)
+        MADE[key] = system(plate, np.zeros(plate.mesh.vectors.size, dtype=bool), (), THICKNESS)
+    acting = MADE[key]
+    return acting, face(acting.body.mesh, own, THICKNESS, counts, side, acting.assembly)
+
+
+@pytest.mark.parametrize(("side", "depth"), [(BOTTOM, 0.03), (TOP, 0.015)])
+def test_points_lie_on_the_true_face_and_share_its_area(make_body, side, depth):
+    acting, own = faced(make_body, side=side)
+    assert own.share.sum() == pytest.approx(1.2 * 0.6, rel=1e-12)  # flat: the walls have no points
+    x, y, z = own.points.T
+    groove = (0.2 < y) & (y < 0.3) if side == BOTTOM else (0.35 < x) & (x < 0.5)
+    np.testing.assert_allclose(z, side * (0.025 - depth * groove), atol=1e-15)
+    np.testing.assert_allclose(own.positions(acting.body.mesh.vectors.ravel()), own.points, atol=1e-14)
+
+
+def test_area_of_a_round_floor_is_the_length_of_its_arc(make_body):
+    """A groove 0.02 m wide whose floor is an arc of 90 degrees: radius 0.01 sqrt 2, length pi r / 2."""
+    root = np.sqrt(0.5)
+    arc = Curve(2, [0, 0, 0, 1, 1, 1], np.array([[0.1, 0.0], [0.11, 0.01], [0.12, 0.0]]), [1, root, 1])
+    _, own = faced(make_body, counts=(4, 8), bands=(Band(BOTTOM, GROOVE, 0, (0.1, 0.12), arc),))
+    inside = (own.points[:, 1] > 0.1) & (own.points[:, 1] < 0.12)
+    length = np.pi / 2 * 0.01 * np.sqrt(2)
+    assert own.share[inside].sum() == pytest.approx(1.2 * length, rel=1e-6)  # slopes by differences
+
+
+def test_area_of_the_faces_of_a_quarter_cylinder(make_body):
+    """Radius 1 m at the middle, 0.5 m long: the two faces have 0.975 and 1.025 of its area."""
+    areas = sorted(faced(make_body, "curved", side)[1].share.sum() for side in (BOTTOM, TOP))
+    middle = np.pi / 4
+    # the director is linear between the normals of nodes 30 degrees apart
+    np.testing.assert_allclose(areas, [0.975 * middle, 1.025 * middle], rtol=2e-3)
+
+
+def pressed(acting, own, kind, law, mean, moved):
+    """A step of a deformed, moving plate that is partly inside a body, and the components it ends with."""
+    rng, vectors = np.random.default_rng(3), acting.body.mesh.vectors
+    q0 = (vectors + 0.01 * rng.normal(size=vectors.shape)).ravel()
+    q1 = q0 + moved * rng.normal(size=q0.size)
+    heights = np.sort(BODIES[kind].gap(own.positions(q0)))
+    shift = -heights[len(heights) // 2]  # half of the points are inside
+    body = BODIES[kind]
+    up = np.tile(body.normals(np.zeros((1, 3)) + own.points.mean(axis=0))[0], len(vectors)).reshape(-1, 3)
+    up[acting.body.mesh.kinds != "r"] = 0.0
+    q0, q1 = q0 + shift * up.ravel(), q1 + shift * up.ravel()
+    contact = Contact((Pair(own, body, law, own.share),))
+    touches = contact.untouched()
+    touches[0].slip[:] = 1e-3 * rng.normal(size=(len(own.share), 3))
+    if mean:
+        return contact.in_mean(q0, touches, 0.01), q1
+    return contact.at_end(q0, touches, -200 * q0 + 0.1 * rng.normal(size=q0.size), 200.0, 0.01), q1
+
+
+@pytest.mark.parametrize("element", ["conforming", "enriched"], indirect=True)
+@pytest.mark.parametrize("mean", [False, True])
+@pytest.mark.parametrize("mu", [0.0, 0.05, 5.0])
+@pytest.mark.parametrize("kind", BODIES)
+def test_tangent_is_the_differenced_force(make_body, kind, mu, mean):
+    """Opening, closing, sticking and sliding points; the derivative by each unknown, central differences."""
+    acting, own = faced(make_body)
+    step, q = pressed(acting, own, kind, LAW._replace(friction=mu), mean, 2e-4)
+    lower, upper = step.tangent_contact(q)
+    K = acting.assembly.pattern.full(lower, upper).toarray()
+    h, rng = 1e-8, np.random.default_rng(5)
+    for _ in range(5):
+        way = rng.normal(size=q.size)
+        there, back = (step.force_contact(q + sign * h * way)[acting.assembly.free] for sign in (1, -1))
+        found = -(there - back) / (2 * h)
+        scale = np.abs(K @ way).max()
+        # round-off of the force over h; a point within h of a bend is off by a part of its stiffness
+        np.testing.assert_allclose(K @ way[acting.assembly.free], found, atol=2e-6 * scale)
+
+
+@pytest.mark.parametrize("kind", BODIES)
+def test_mean_force_does_the_work_of_the_springs(make_body, kind):
+    """Undamped, without friction: force times step = what the springs gave, between any two states."""
+    acting, own = faced(make_body)
+    law = Law(1000.0, 0.0, 0.0, 1.0, 1.0)
+    step, q1 = pressed(acting, own, kind, law, True, 0.02)
+    meeting = step.meetings[0]
+    stored = [law.stiffness / 2 * own.share @ np.maximum(-BODIES[kind].gap(x), 0) ** 2
+              for x in (meeting.x0, own.positions(q1))]  # fmt: skip
+    (answer,) = step.answers(q1)
+    work = np.einsum("nc,nc->", answer.force, (own.positions(q1) - meeting.x0)[answer.near])
+    assert work == pytest.approx(stored[0] - stored[1], abs=1e-12 * max(stored))
+    touch = step.touched(q1)[0]
+    assert touch.dissipated == pytest.approx(0.0, abs=1e-12 * max(stored))
+    assert touch.stored == pytest.approx(stored[1])
+
+
+@pytest.mark.parametrize("mean", [False, True])
+def test_damper_never_pulls_and_friction_stays_in_its_cone(make_body, mean):
+    acting, own = faced(make_body)
+    step, q1 = pressed(acting, own, "sphere", LAW, mean, 0.003)
+    (answer,) = step.answers(q1)
+    assert np.all(answer.normal.p >= 0)
+    assert np.all(np.linalg.norm(answer.friction.t, axis=1) <= LAW.friction * answer.normal.p * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_damper_and_friction_take_in_a_step_of_any_length_is_never_negative(make_body, seed):
+    """From no slip: the spring of stick then has nothing to give back."""
+    acting, own = faced(make_body)
+    step, q1 = pressed(acting, own, "sphere", LAW, True, 0.003 * (seed + 1))
+    step.meetings[0].touch.slip[:] = 0.0
+    assert step.touched(q1)[0].dissipated >= 0

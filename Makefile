@@ -52,6 +52,9 @@ bench: setup ## what both solvers cost, reports/build/speed.html; BUDGET=quick|s
 hard-cases: setup ## where elements, steps and solvers break, reports/build/hard_cases.html; BUDGET=quick|standard|full
 	$(BIN)/python -m reports.hard_cases --budget $(BUDGET)
 
+plate-drop: setup ## the grooved plate on the ground, reports/build/plate_drop.html; BUDGET=quick|standard|full
+	$(BIN)/python -m reports.plate_drop --budget $(BUDGET)
+
 check: setup ## compare quick runs of the cantilever and of the hard cases with the accepted tables
 	$(BIN)/groovecheck check cantilever
 	$(BIN)/python -m reports.hard_cases --budget quick --check

@@ -37,7 +37,7 @@ import numpy as np
 from ancf.face import Face
 from ancf.obstacle import Obstacle
 
-EPSILON = np.finfo(float).eps
+EPSILON, TINY = np.finfo(float).eps, np.finfo(float).tiny
 TOUCHING = 1e-12  # m per m of size: a point as near as this is pressed for the tangent, so that a plate may lie down
 
 
@@ -68,34 +68,41 @@ class Touch(NamedTuple):
     power: float
 
 
-class Normal(NamedTuple):
-    """Pressure p (m,), its derivative p_x (m, 3) by the point; the direction n (m, 3) it acts in and n_x (m, 3, 3)."""
-
-    p: np.ndarray
-    p_x: np.ndarray
-    n: np.ndarray
-    n_x: np.ndarray
-
-
-class Friction(NamedTuple):
-    """Traction t (m, 3), its derivative t_x (m, 3, 3) by the point, and the slip (m, 3) behind it."""
-
-    t: np.ndarray
-    t_x: np.ndarray
-    slip: np.ndarray
-
-
 class Motion(NamedTuple):
-    """What points did in a step: x0, x1 (m, 3), the velocity v (m, 3) that counts, its derivative rate (1/s) by x1."""
+    """What points did in a step: x0, x1 (m, 3), penetrations d0, d1 (m,), negative outside, the velocity v (m, 3) that
+    counts and its derivative rate (1/s) by x1."""
 
     x0: np.ndarray
     x1: np.ndarray
+    d0: np.ndarray
+    d1: np.ndarray
     v: np.ndarray
     rate: float
 
-    def of(self, near: np.ndarray) -> Motion:
-        """That of some points."""
-        return Motion(self.x0[near], self.x1[near], self.v[near], self.rate)
+
+class Normal(NamedTuple):
+    """Pressure p (m,) and the direction n (m, 3) that it acts in."""
+
+    p: np.ndarray
+    n: np.ndarray
+
+
+class Friction(NamedTuple):
+    """Traction t (m, 3), whether the point slides (m,), and the slip (m, 3) behind it."""
+
+    t: np.ndarray
+    slides: np.ndarray
+    slip: np.ndarray
+
+
+def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Scalar products (m,) of vectors (m, 3)."""
+    return np.einsum("mc,mc->m", a, b)
+
+
+def outer(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Dyads (m, 3, 3) of vectors (m, 3)."""
+    return a[:, :, None] * b[:, None, :]
 
 
 def part_inside(d0: np.ndarray, d1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -107,56 +114,78 @@ def part_inside(d0: np.ndarray, d1: np.ndarray) -> tuple[np.ndarray, np.ndarray]
 
 def pressure_at_end(law: Law, obstacle: Obstacle, motion: Motion) -> Normal:
     """The law as it stands at the end of a step."""
-    x0, x1, v, rate = motion
-    n, n_x = obstacle.normals(x1), obstacle.turning(x1)
-    d0, d1 = -obstacle.gap(x0), -obstacle.gap(x1)
-    speed = -np.einsum("mc,mc->m", n, v)
-    theta, theta_d = part_inside(d0, d1)
-    p = law.stiffness * np.maximum(d1, 0.0) + law.damping * theta * speed
-    pulls = p < 0
-    p_d = np.where(pulls, 0.0, law.stiffness + law.damping * theta_d * speed)
-    p_speed = np.where(pulls, 0.0, law.damping * theta)
-    speed_x = -(rate * n + np.einsum("mc,mca->ma", v, n_x))
-    return Normal(np.maximum(p, 0.0), -p_d[:, None] * n + p_speed[:, None] * speed_x, n, n_x)
+    n = obstacle.normals(motion.x1)
+    speed, (theta, _) = -dot(n, motion.v), part_inside(motion.d0, motion.d1)
+    p = law.stiffness * np.maximum(motion.d1, 0.0) + law.damping * theta * speed
+    return Normal(np.maximum(p, 0.0), n)
+
+
+def pressure_at_end_x(law: Law, obstacle: Obstacle, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives p_x (m, 3) and n_x (m, 3, 3) of `pressure_at_end` by x1."""
+    n, n_x = obstacle.normals(motion.x1), obstacle.turning(motion.x1)
+    speed, (theta, theta_d) = -dot(n, motion.v), part_inside(motion.d0, motion.d1)
+    pushes = law.stiffness * np.maximum(motion.d1, 0.0) + law.damping * theta * speed >= 0
+    p_d = pushes * (law.stiffness + law.damping * theta_d * speed)
+    speed_x = -(motion.rate * n + np.einsum("mc,mca->ma", motion.v, n_x))
+    return (pushes * law.damping * theta)[:, None] * speed_x - p_d[:, None] * n, n_x
+
+
+def part_crossed(d0: np.ndarray, d1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(<d1> - <d0>) / (d1 - d0) (m,) and its derivative by d1."""
+    is_in, crosses = (d1 > 0).astype(float), (d0 > 0) != (d1 > 0)
+    length = np.where(crosses, d1 - d0, 1.0)
+    theta = np.where(crosses, (np.maximum(d1, 0.0) - np.maximum(d0, 0.0)) / length, is_in)
+    return theta, np.where(crosses, (is_in - theta) / length, 0.0)
 
 
 def pressure_in_mean(law: Law, obstacle: Obstacle, motion: Motion) -> Normal:
     """The mean over a step that does the work of the spring's energy."""
-    x0, x1, _, rate = motion
-    d0, d1 = -obstacle.gap(x0), -obstacle.gap(x1)
-    inside0, inside1, is_in = np.maximum(d0, 0.0), np.maximum(d1, 0.0), (d1 > 0).astype(float)
-    crosses = (d0 > 0) != (d1 > 0)
-    length = np.where(crosses, d1 - d0, 1.0)
-    theta = np.where(crosses, (inside1 - inside0) / length, is_in)
-    theta_d = np.where(crosses, (is_in - theta) / length, 0.0)
-    sum_ = inside0 + inside1
-    p = law.stiffness / 2 * theta * sum_ + law.damping * rate * (inside1 - inside0)
-    p_d = law.stiffness / 2 * (theta * is_in + theta_d * sum_) + law.damping * rate * is_in
-    n, n_x = obstacle.mean_normals(x0, x1)
-    return Normal(np.maximum(p, 0.0), -np.where(p < 0, 0.0, p_d)[:, None] * obstacle.normals(x1), n, n_x)
+    inside0, inside1 = np.maximum(motion.d0, 0.0), np.maximum(motion.d1, 0.0)
+    theta, _ = part_crossed(motion.d0, motion.d1)
+    p = law.stiffness / 2 * theta * (inside0 + inside1) + law.damping * motion.rate * (inside1 - inside0)
+    return Normal(np.maximum(p, 0.0), obstacle.mean_normals(motion.x0, motion.x1))
 
 
-def friction(law: Law, obstacle: Obstacle, motion: Motion, normal: Normal, slip: np.ndarray) -> Friction:
-    """Return-mapped Coulomb friction at the end of a step that began with the slip (m, 3)."""
-    x0, x1, v, rate = motion
-    n, n_x = obstacle.normals(x1), obstacle.turning(x1)
-    along = np.eye(3) - n[:, :, None] * n[:, None, :]
-    taken = slip + x1 - x0
-    pull = -(law.stick_stiffness * taken + law.stick_damping * v)
-    trial = np.einsum("mab,mb->ma", along, pull)
-    trial_x = -(law.stick_stiffness + law.stick_damping * rate) * along
-    if not obstacle.flat:
-        across = np.einsum("mc,mc->m", n, pull)
-        trial_x -= across[:, None, None] * n_x + n[:, :, None] * np.einsum("mc,mcb->mb", pull, n_x)[:, None, :]
-    size, most = np.linalg.norm(trial, axis=1), law.friction * normal.p
-    slides = (size > most)[:, None]
-    size = np.maximum(size, np.finfo(float).tiny)
-    way = trial / size[:, None]
-    t = np.where(slides, most[:, None] * way, trial)
-    turned = (most / size)[:, None, None] * (trial_x - way[:, :, None] * np.einsum("mc,mcb->mb", way, trial_x)[:, None])
-    t_x = np.where(slides[..., None], law.friction * way[:, :, None] * normal.p_x[:, None, :] + turned, trial_x)
-    stuck = np.einsum("mab,mb->ma", along, taken)
-    return Friction(t, t_x, np.where(slides, -t / law.stick_stiffness, stuck))
+def pressure_in_mean_x(law: Law, obstacle: Obstacle, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives p_x (m, 3) and n_x (m, 3, 3) of `pressure_in_mean` by x1."""
+    inside0, inside1 = np.maximum(motion.d0, 0.0), np.maximum(motion.d1, 0.0)
+    (theta, theta_d), is_in, both = part_crossed(motion.d0, motion.d1), motion.d1 > 0, inside0 + inside1
+    pushes = law.stiffness / 2 * theta * both + law.damping * motion.rate * (inside1 - inside0) >= 0
+    p_d = law.stiffness / 2 * (theta * is_in + theta_d * both) + law.damping * motion.rate * is_in
+    return -(pushes * p_d)[:, None] * obstacle.normals(motion.x1), obstacle.mean_turning(motion.x0, motion.x1)
+
+
+def _trial(law: Law, n: np.ndarray, motion: Motion, slip: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Slip that the step has taken on (m, 3), what it pulls with, and the part t* of that along the body."""
+    taken = slip + motion.x1 - motion.x0
+    pull = -(law.stick_stiffness * taken + law.stick_damping * motion.v)
+    return taken, pull, pull - dot(n, pull)[:, None] * n
+
+
+def friction(law: Law, obstacle: Obstacle, motion: Motion, p: np.ndarray, slip: np.ndarray) -> Friction:
+    """Return-mapped Coulomb friction at the end of a step that began with the slip (m, 3); p (m,) presses."""
+    n = obstacle.normals(motion.x1)
+    taken, _, trial = _trial(law, n, motion, slip)
+    size, most = np.sqrt(dot(trial, trial)), law.friction * p
+    slides = size > most
+    t = np.where(slides, most / np.maximum(size, TINY), 1.0)[:, None] * trial
+    stuck = taken - dot(n, taken)[:, None] * n
+    return Friction(t, slides, np.where(slides[:, None], -t / law.stick_stiffness, stuck))
+
+
+def friction_x(
+    law: Law, obstacle: Obstacle, motion: Motion, p: np.ndarray, slip: np.ndarray, p_x: np.ndarray
+) -> np.ndarray:
+    """Derivative (m, 3, 3) of the traction by x1, where that of p is p_x (m, 3)."""
+    n, n_x = obstacle.normals(motion.x1), obstacle.turning(motion.x1)
+    _, pull, trial = _trial(law, n, motion, slip)
+    trial_x = -(law.stick_stiffness + law.stick_damping * motion.rate) * (np.eye(3) - outer(n, n))
+    trial_x = trial_x - dot(n, pull)[:, None, None] * n_x - outer(n, np.einsum("mc,mcb->mb", pull, n_x))
+    size = np.maximum(np.sqrt(dot(trial, trial)), TINY)
+    way, slides = trial / size[:, None], (size > law.friction * p)[:, None, None]
+    turned = trial_x - outer(way, np.einsum("mc,mcb->mb", way, trial_x))
+    sliding = law.friction * (outer(way, p_x) + (p / size)[:, None, None] * turned)
+    return np.where(slides, sliding, trial_x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,11 +210,11 @@ class Pair:
 
 
 class Answer(NamedTuple):
-    """What the points near (m,) of a pair feel: forces (m, 3) in N, their derivative (m, 3, 3) by the points, parts."""
+    """What the points near (m,) of a pair feel, and what they did: forces (m, 3) in N and their parts."""
 
     near: np.ndarray
+    motion: Motion
     force: np.ndarray
-    force_x: np.ndarray
     normal: Normal
     friction: Friction | None
 
@@ -206,61 +235,64 @@ class Meeting:
     mean: bool
 
     @cached_property
-    def gap0(self) -> np.ndarray:
-        """Gaps (n,) at the start of the step."""
-        return self.pair.obstacle.gap(self.x0)
+    def d0(self) -> np.ndarray:
+        """Penetrations (n,) at the start of the step."""
+        return -self.pair.obstacle.gap(self.x0)
 
     def answer(self, q: np.ndarray) -> Answer | None:
         """Forces at the components q (3 v,); None where no point is near the body, which one look at the gaps tells."""
         pair = self.pair
         x1 = pair.face.positions(q)
-        slack = TOUCHING * np.abs(x1).max()
-        touches = pair.obstacle.gap(x1) <= slack
+        d1 = -pair.obstacle.gap(x1)
+        touches = d1 >= -TOUCHING * np.abs(x1).max()
         if self.mean:
-            touches |= self.gap0 < 0
+            touches |= self.d0 > 0
         near = np.flatnonzero(touches)
         if not near.size:
             return None
-        motion = Motion(self.x0, x1, self.base + self.rate * x1, self.rate).of(near)
-        law, share = pair.law, pair.share[near]
-        normal = (pressure_in_mean if self.mean else pressure_at_end)(law, pair.obstacle, motion)
-        p, p_x, n, n_x = normal
-        force, force_x = p[:, None] * n, n[:, :, None] * p_x[:, None, :] + p[:, None, None] * n_x
-        rubbing = None
-        if law.friction:
-            rubbing = friction(law, pair.obstacle, motion, normal, self.touch.slip[near])
-            force, force_x = force + rubbing.t, force_x + rubbing.t_x
-        return Answer(near, share[:, None] * force, share[:, None, None] * force_x, normal, rubbing)
+        x0, x1, base = self.x0[near], x1[near], self.base[near]
+        motion = Motion(x0, x1, self.d0[near], d1[near], base + self.rate * x1, self.rate)
+        normal = (pressure_in_mean if self.mean else pressure_at_end)(pair.law, pair.obstacle, motion)
+        force, rubbing = normal.p[:, None] * normal.n, None
+        if pair.law.friction:
+            rubbing = friction(pair.law, pair.obstacle, motion, normal.p, self.touch.slip[near])
+            force += rubbing.t
+        return Answer(near, motion, pair.share[near][:, None] * force, normal, rubbing)
+
+    def force_x(self, answer: Answer) -> np.ndarray:
+        """Derivative (m, 3, 3) of the answer's forces by the points."""
+        pair, (near, motion, _, normal, _) = self.pair, answer
+        p_x, n_x = (pressure_in_mean_x if self.mean else pressure_at_end_x)(pair.law, pair.obstacle, motion)
+        force_x = outer(normal.n, p_x) + normal.p[:, None, None] * n_x
+        if pair.law.friction:
+            force_x += friction_x(pair.law, pair.obstacle, motion, normal.p, self.touch.slip[near], p_x)
+        return pair.share[near][:, None, None] * force_x
 
     def touched(self, q: np.ndarray, answer: Answer | None) -> Touch:
         """State behind a step that ended at q, where the points feel `answer`."""
-        after, law, w = self.pair.untouched(), self.pair.law, self.pair.share
-        x1, lost = self.pair.face.positions(q), 0.0
-        d0, d1 = -self.gap0, -self.pair.obstacle.gap(x1)
+        after, before, lost = self.pair.untouched(), self.touch, 0.0
+        stored = power = 0.0
         if answer is not None:
-            after.pressure[answer.near] = answer.normal.p
-            if answer.friction is not None:
-                after.friction[answer.near], after.slip[answer.near] = answer.friction.t, answer.friction.slip
-            after = after._replace(force=answer.force.sum(axis=0))
-        stored = float(w @ (law.stiffness * np.maximum(d1, 0) ** 2)) / 2
-        if self.mean:
-            spring = law.stiffness * (np.maximum(d1, 0.0) ** 2 - np.maximum(d0, 0.0) ** 2) / 2
-            lost = float(w @ (after.pressure * (d1 - d0) - spring))
-        elif self.dt is not None and answer is not None:
-            n, near = answer.normal.n, answer.near
-            speed = -np.einsum("mc,mc->m", n, self.base[near] + self.rate * x1[near])
-            power = float((w * (after.pressure - law.stiffness * np.maximum(d1, 0.0)))[near] @ speed)
-            after = after._replace(power=power)
+            near, motion, force, normal, rubbing = answer
+            w, inside = self.pair.share[near], np.maximum(motion.d1, 0.0)
+            after.pressure[near] = normal.p
+            if rubbing is not None:
+                after.friction[near], after.slip[near] = rubbing.t, rubbing.slip
+            stored = self.pair.law.stiffness / 2 * float(w @ inside**2)
+            if self.mean:
+                spring = self.pair.law.stiffness / 2 * (inside**2 - np.maximum(motion.d0, 0.0) ** 2)
+                lost = float(w @ (normal.p * (motion.d1 - motion.d0) - spring))
+            else:
+                power = -float(w * (normal.p - self.pair.law.stiffness * inside) @ dot(normal.n, motion.v))
+            after = after._replace(force=force.sum(axis=0), power=power)
         if self.dt is not None and not self.mean:
-            lost = self.dt / 2 * (self.touch.power + after.power)
-        rubbed, held = self._rubbed(x1, after)
-        stored, dissipated = stored + held, self.touch.dissipated + lost + rubbed
-        return after._replace(stored=stored, dissipated=dissipated, most=max(self.touch.most, stored + dissipated))
+            lost = self.dt / 2 * (before.power + power)
+        rubbed, held = self._rubbed(self.pair.face.positions(q), after) if self.pair.law.friction else (0.0, 0.0)
+        stored, dissipated = stored + held, before.dissipated + lost + rubbed
+        return after._replace(stored=stored, dissipated=dissipated, most=max(before.most, stored + dissipated))
 
     def _rubbed(self, x1: np.ndarray, after: Touch) -> tuple[float, float]:
         """Energy (J) that the friction took in a step, and that its springs hold behind it."""
-        if not self.pair.law.friction:
-            return 0.0, 0.0
         w, k, before = self.pair.share, self.pair.law.stick_stiffness, self.touch
         acted = after.friction if self.mean else (before.friction + after.friction) / 2
         held0, held1 = (k / 2 * float(w @ np.einsum("nc,nc->n", s, s)) for s in (before.slip, after.slip))
@@ -287,9 +319,7 @@ class Step:
         total = np.zeros_like(q)
         for meeting, answer in zip(self.meetings, self.answers(q), strict=True):
             if answer is not None:
-                every = np.zeros_like(meeting.x0)
-                every[answer.near] = answer.force
-                total += meeting.pair.face.spread(every)
+                total += meeting.pair.face.spread(answer.near, answer.force)
         return total
 
     def tangent_contact(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -297,7 +327,7 @@ class Step:
         found = None
         for meeting, answer in zip(self.meetings, self.answers(q), strict=True):
             if answer is not None:
-                own = meeting.pair.face.matrix(answer.near, -answer.force_x)
+                own = meeting.pair.face.matrix(answer.near, -meeting.force_x(answer))
                 found = own if found is None else tuple(a + b for a, b in zip(found, own, strict=True))
         return found
 

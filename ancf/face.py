@@ -45,9 +45,11 @@ class Face:
         """Positions (n, 3) in m of components (3 v,), or velocities of velocities."""
         return self.rows @ q.reshape(-1, 3)
 
-    def spread(self, force: np.ndarray) -> np.ndarray:
-        """Generalised forces (3 v,) of forces (n, 3) at the points."""
-        return (self.rows_t @ force).ravel()
+    def spread(self, near: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Generalised forces (3 v,) of forces (m, 3) at the points near (m,)."""
+        every = np.zeros_like(self.points)
+        every[near] = force
+        return (self.rows_t @ every).ravel()
 
     def matrix(self, near: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (nnz,) of sum_q S_i S_k B_ab of blocks B (m, 3, 3) at the points near (m,), and of its transpose."""

@@ -24,7 +24,7 @@ import numpy as np
 
 from ancf.mesh import Mesh, Special
 from ancf.shape import Plate, ShapeValues
-from ancf.subdomain import GROOVE, Band, division, thickness_range
+from ancf.subdomain import GROOVE, Feature, Outlined, division, face_rule, thickness_range
 
 DIRECTOR = ("r_z", "d_e")
 KIND = "d_l"
@@ -96,22 +96,24 @@ class Layered:
         return ShapeValues(np.hstack([base.S, N * T]), np.concatenate([base.S_p, S_p], axis=1))
 
 
-def layer_vectors(mesh: Mesh, bands: Sequence[Band], thickness: float) -> list[LayerVector]:
+def layer_vectors(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> list[LayerVector]:
     """Every layer vector the bands give reason for: each floor at each vector of the director."""
     throughs = list(dict.fromkeys(_through(band, thickness) for band in bands))
     return [LayerVector(int(v), through) for v in np.flatnonzero(np.isin(mesh.kinds, DIRECTOR)) for through in throughs]
 
 
-def _through(band: Band, thickness: float) -> Through:
+def _through(band: Feature, thickness: float) -> Through:
     """A groove's layer begins at its deepest floor, a protrusion's at the plain face."""
     if band.sign != GROOVE:
         depth = 0.0
+    elif isinstance(band, Outlined):
+        depth = band.greatest
     else:
         depth = float(band.section.control_points[:, 1].max()) if band.is_curved else band.section
     return Through(band.face, band.face * (thickness / 2 - depth))
 
 
-def with_layers(mesh: Mesh, wanted: Sequence[LayerVector], bands: Sequence[Band], thickness: float) -> Mesh:
+def with_layers(mesh: Mesh, wanted: Sequence[LayerVector], bands: Sequence[Feature], thickness: float) -> Mesh:
     """The mesh with the layer vectors that find material beyond their floor, each numbered after its director's."""
     by_vector: dict[int, list[Through]] = {}
     for v, through in wanted:
@@ -128,10 +130,13 @@ def with_layers(mesh: Mesh, wanted: Sequence[LayerVector], bands: Sequence[Band]
     return _numbered(mesh, kept, after, places)
 
 
-def _reaches(cell, bands: Sequence[Band], thickness: float, through: Through) -> bool:
+def _reaches(cell, bands: Sequence[Feature], thickness: float, through: Through) -> bool:
     """Whether the cell has material beyond the floor."""
-    x, y = ((lines[1:] + lines[:-1]) / 2 for lines in division(cell, bands))
-    z = thickness_range(bands, thickness, *np.meshgrid(x, y, indexing="ij"))[0 if through.face < 0 else 1]
+    if any(isinstance(band, Outlined) for band in bands):
+        z = face_rule(cell, bands, thickness, (1, 1), through.face)[1]
+    else:
+        x, y = ((lines[1:] + lines[:-1]) / 2 for lines in division(cell, bands))
+        z = thickness_range(bands, thickness, *np.meshgrid(x, y, indexing="ij"))[0 if through.face < 0 else 1]
     return bool(np.any(through.face * (z - through.floor) > LEAST * thickness))
 
 

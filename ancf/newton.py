@@ -232,7 +232,7 @@ def correct_searching(
     system: System, solver: LinearSolver, q: np.ndarray, problem: Problem, factor: Factor | None = None, least: int = 0
 ) -> Correction:
     """`correct` where the residual bends sharply, for a problem whose jacobian is (lower triangle, that of the
-    transpose or None). A factorisation is kept while each step leaves less than FAST of the residual.
+    transpose or None). A factorisation is kept, and corrected, while each step leaves less than FAST of the residual.
     """
     iterations = factorisations = 0
     residual, tolerance = problem.balance(q, ())
@@ -254,8 +254,10 @@ def correct_searching(
             factorisations += 1
         change = np.zeros_like(q)
         change[system.assembly.free] = factor(residual)
+        start, before, last = q, residual, norm
         q, (residual, tolerance) = _search(system, q, change, residual, problem)
-        iterations, last, norm = iterations + 1, norm, system.norm(residual)
+        iterations, norm = iterations + 1, system.norm(residual)
+        factor.learn((q - start)[system.assembly.free], before - residual)
         factor = factor if norm <= FAST * last else None
     return ended(INVERTED if system.is_inverted(q) else OK)
 

@@ -29,15 +29,19 @@ class Plane:
 
     def normals(self, x: np.ndarray) -> np.ndarray:
         """Unit normals (n, 3) out of the body."""
-        return np.broadcast_to(self.normal, x.shape)
+        return np.repeat(self.normal[None], len(x), axis=0)
 
     def turning(self, x: np.ndarray) -> np.ndarray:
         """Derivative (n, 3, 3) of the normal by the point in 1/m."""
         return np.zeros((len(x), 3, 3))
 
-    def mean_normals(self, x0: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean normals (n, 3) of a step and their derivative (n, 3, 3) by x1."""
-        return self.normals(x1), self.turning(x1)
+    def mean_normals(self, x0: np.ndarray, x1: np.ndarray) -> np.ndarray:
+        """Mean normals (n, 3) of a step."""
+        return self.normals(x1)
+
+    def mean_turning(self, x0: np.ndarray, x1: np.ndarray) -> np.ndarray:
+        """Derivative (n, 3, 3) of the mean normals by x1."""
+        return self.turning(x1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +77,15 @@ class Round:
         n = e / length[:, None]
         return (self.across - n[:, :, None] * n[:, None, :]) / length[:, None, None]
 
-    def mean_normals(self, x0: np.ndarray, x1: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Mean normals (n, 3) of a step, of length 1 or less, and their derivative (n, 3, 3) by x1."""
+    def mean_normals(self, x0: np.ndarray, x1: np.ndarray) -> np.ndarray:
+        """Mean normals (n, 3) of a step, of length 1 or less."""
         (e0, length0), (e1, length1) = self._radial(x0), self._radial(x1)
-        both = (length0 + length1)[:, None]
-        mean = (e0 + e1) / both
-        return mean, (self.across - mean[:, :, None] * (e1 / length1[:, None])[:, None, :]) / both[:, :, None]
+        return (e0 + e1) / (length0 + length1)[:, None]
+
+    def mean_turning(self, x0: np.ndarray, x1: np.ndarray) -> np.ndarray:
+        """Derivative (n, 3, 3) of the mean normals by x1."""
+        both, mean = self._radial(x0)[1] + self._radial(x1)[1], self.mean_normals(x0, x1)
+        return (self.across - mean[:, :, None] * self.normals(x1)[:, None, :]) / both[:, None, None]
 
     def _radial(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Radial vectors (n, 3) and their lengths (n,)."""

@@ -16,8 +16,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as spl
 
+from ancf.feature import Feature
 from ancf.layer import KIND
-from ancf.subdomain import Band
 from ancf.system import System
 
 NEAR = 0.5  # of the even spacing: an even line this near to a band's edge gives way to it
@@ -53,8 +53,8 @@ def fitted(
     return np.sort([*fixed, *(line for line in even if np.abs(fixed - line).min() >= near * (1 - EVEN))])
 
 
-def band_edges(bands: Sequence[Band], axis: int) -> list[float]:
-    """Edges and finite ends of the bands on an axis."""
+def band_edges(bands: Sequence[Feature], axis: int) -> list[float]:
+    """Edges and finite ends of the bands on an axis, the least and greatest coordinates of outlines."""
     return [float(limit) for band in bands for limit in band.limits(axis) if np.isfinite(limit)]
 
 

@@ -57,13 +57,13 @@ from ancf.path import Point, follow
 from ancf.pressure import FollowerPressure, follower_pressure
 from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
-from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
+from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outlined
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
-from compare.scene import Band as SceneBand
+from compare.scene import Feature as SceneFeature
 
 if TYPE_CHECKING:
     from ancf import contact
@@ -83,7 +83,7 @@ class Model:
     """A scene unpacked: geometry, body, system, probes as rows (p, v)."""
 
     mesh: Mesh
-    bands: tuple[Band, ...]
+    bands: tuple[Feature, ...]
     body: Body
     system: System
     probes: np.ndarray
@@ -275,7 +275,7 @@ def build(scene: Scene, level: AncfLevel) -> Model:
     return _model(scene, level, only(every, worth), bands)
 
 
-def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Band, ...], pointwise: bool = False) -> Model:
+def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], pointwise: bool = False) -> Model:
     material = _material(scene)
     density = scene.material.density or 0.0
     held = _held(scene, mesh)
@@ -361,12 +361,20 @@ def _support(support, mesh: Mesh) -> np.ndarray:
     return hold_corner(mesh, (int(support.corner[1]), int(support.corner[3])), components, face)
 
 
-def _bands(scene: Scene) -> tuple[Band, ...]:
+def _bands(scene: Scene) -> tuple[Feature, ...]:
     grooves = [_band(band, GROOVE) for band in scene.grooves]
     return (*grooves, *(_band(band, PROTRUSION) for band in scene.protrusions))
 
 
-def _band(band: SceneBand, sign: int) -> Band:
+def _band(band: SceneFeature, sign: int) -> Feature:
+    face = BOTTOM if band.face == "bottom" else TOP
+    if hasattr(band, "outline"):
+        loop, surface = band.outline, band.depth_surface
+        outline = Curve(loop.degree, loop.knots, loop.control_points, loop.weights)
+        depth = band.depth
+        if surface is not None:
+            depth = Surface(surface.degree, surface.knots, np.array(surface.depths)[..., None])
+        return Outlined(face, sign, outline, depth)
     profile = band.profile
     section = band.depth
     if profile is not None:

@@ -20,7 +20,7 @@ from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
 from ancf.pressure import FollowerPressure
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
-from ancf.subdomain import Band, element_rule, signature
+from ancf.subdomain import Feature, element_rule, signature
 
 if TYPE_CHECKING:
     from ancf.contact import Contact
@@ -189,7 +189,7 @@ class System:
 
 def body(
     mesh: Mesh,
-    bands: Sequence[Band],
+    bands: Sequence[Feature],
     thickness: float,
     material: Material,
     density: float,
@@ -303,7 +303,7 @@ def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
 
 
-def distinct(mesh: Mesh, bands: Sequence[Band], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
+def distinct(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
     """Number of each element's shape (e,), and the first element of each shape (g,).
 
     Two shapes are equal when what they see of the grooves agrees, the free edges that they have a layer on,

@@ -13,6 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from compare import cli_files, cli_sweep
+
 if TYPE_CHECKING:
     from compare.scene import Scene
     from compare.study import Entry, Unit
@@ -38,6 +40,7 @@ examples:
   groovecheck run my_plate.toml --solver ancf    a scene of your own, one solver
   groovecheck run cantilever --set thickness=0.06 --set grooves.0.depth=0.02
   groovecheck table cantilever --format json > rows.json
+  groovecheck sweep my_scenes/*.toml             many scenes, one table
   groovecheck compare my_plate.toml abaqus.csv --name Abaqus    another code's answers beside both
   groovecheck check cantilever                   compare with the accepted values
   groovecheck accept cantilever --reason "exact rule for row 5"
@@ -56,7 +59,7 @@ class UsageError(ValueError):
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command; returns its exit code. Errors of the user are one message on standard error."""
-    options = _parser().parse_args(arguments)
+    options = parser().parse_args(arguments)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a termination ends the workers as an interrupt does
     try:
         return options.command(options)
@@ -86,17 +89,18 @@ def _user_errors() -> tuple[type[Exception], ...]:
     return UsageError, SceneError, BaselineError, ExportError, NotExported
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+def parser() -> argparse.ArgumentParser:
+    """The parser of every command."""
+    made = argparse.ArgumentParser(
         prog="groovecheck",
         description=DESCRIPTION,
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    commands = parser.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    commands = made.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
-    run = _add(commands, "run", _run, "solve a scene, print its table, write its page and JSON")
-    _budget(run)
+    run = add(commands, "run", _run, "solve a scene, print its table, write its page and JSON")
+    budget(run)
     run.add_argument("--solver", choices=SOLVERS, help="only this solver (default: every one the scene has levels for)")
     run.add_argument(
         "--set",
@@ -106,63 +110,44 @@ def _parser() -> argparse.ArgumentParser:
         help="set a dotted key of SCENE, for example material.youngs_modulus=2.1e6 or grooves.0.depth=0.02; "
         "a scene whose physics is changed so runs without its companions and its published values",
     )
-    _working(run)
+    working(run)
 
-    compare = _add(commands, "compare", _compare, "put the exported answers of another code beside both solvers")
-    compare.add_argument(
-        "files",
-        nargs="+",
-        type=Path,
-        metavar="FILE",
-        help="CSV (h,value[,seconds]) or a mesh with a displacement field",
-    )
-    compare.add_argument("--name", required=True, metavar="SOLVER", help="what the other code is called")
-    compare.add_argument(
-        "--h", type=float, action="append", metavar="METRES", help="element length of a field (its mean edge)"
-    )
-    compare.add_argument("--field", metavar="NAME", help="name of the displacement in a mesh file")
-    _budget(compare)
-    _working(compare)
-
-    table = _add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
+    table = add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
     table.add_argument("--format", choices=("md", "tex", "csv", "json"), default="md", help="default: md")
-    _budget(table)
-    _working(table)
+    budget(table)
+    working(table)
 
-    export = _add(commands, "export", _export, "write the surface of a level with its displacement, for ParaView")
-    export.add_argument("file", type=Path, metavar="FILE", help="name that ends with .vtu, .vtk or .xdmf")
-    export.add_argument("--solver", choices=SOLVERS, default="ancf", help="whose level (ancf)")
-    export.add_argument("--level", metavar="NAME", help="4x4 or h=0.1 (default: the finest of the budget)")
-    _budget(export)
-    _working(export)
+    cli_files.add(commands)
 
-    check = _add(commands, "check", _check, "compare a quick run with the accepted values; exit 1 names what moved")
+    check = add(commands, "check", _check, "compare a quick run with the accepted values; exit 1 names what moved")
     check.add_argument("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML")
     check.add_argument(
         "--summary", type=Path, metavar="FILE", help="append the verdict as Markdown ($GITHUB_STEP_SUMMARY)"
     )
-    _working(check)
+    working(check)
 
-    accept = _add(commands, "accept", _accept, "make the values of a quick run the accepted ones")
+    accept = add(commands, "accept", _accept, "make the values of a quick run the accepted ones")
     accept.add_argument("--reason", metavar="TEXT", help="why they changed, kept with them (asked for on a terminal)")
-    _working(accept)
+    working(accept)
 
-    explain = _add(commands, "explain", _explain, "say what will be modelled, what is left out, unknowns and memory")
-    _budget(explain)
+    explain = add(commands, "explain", _explain, "say what will be modelled, what is left out, unknowns and memory")
+    budget(explain)
 
+    cli_sweep.add(commands)
     scenes = commands.add_parser("scenes", help="list the shipped scenes")
     scenes.set_defaults(command=_scenes)
-    return parser
+    return made
 
 
-def _add(commands: Any, name: str, command: Any, about: str) -> argparse.ArgumentParser:
+def add(commands: Any, name: str, command: Any, about: str, many: bool = False) -> argparse.ArgumentParser:
     parser = commands.add_parser(name, help=about, description=f"{about[0].upper()}{about[1:]}.")
-    parser.add_argument("scene", metavar="SCENE", help="name of a shipped scene or path of a .toml file")
+    words = "name of a shipped scene or path of a .toml file"
+    parser.add_argument("scene", metavar="SCENE", nargs="+" if many else None, help=words)
     parser.set_defaults(command=command)
     return parser
 
 
-def _budget(parser: argparse.ArgumentParser) -> None:
+def budget(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--budget",
         choices=("quick", "standard", "full"),
@@ -171,7 +156,7 @@ def _budget(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _working(parser: argparse.ArgumentParser) -> None:
+def working(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=_count, default=2, metavar="N", help="processes at a time, one thread each (2)")
     parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help=f"folder of pages and results ({OUT})")
     parser.add_argument("--fresh", action="store_true", help="solve everything again, reuse no earlier result")
@@ -185,16 +170,16 @@ def _count(text: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scenes = _changed(_with_companions(options.scene), options.set)
-    others = () if options.solver else _third_solvers(scenes, options.budget)
-    entries, rows = _solved(scenes, options, options.budget, options.solver, others)
-    _print_table(rows)
-    _say_failures(entries)
-    _print_page(scenes[0], entries, rows, options.out)
+    scenes = _changed(with_companions(options.scene), options.set)
+    others = () if options.solver else third_solvers(scenes, options.budget)
+    entries, rows = solved(scenes, options, options.budget, options.solver, others)
+    print_table(rows)
+    say_failures(entries)
+    print_page(scenes[0], entries, rows, options.out)
     return OK if all(entry.ok for entry in entries) else REFUSED
 
 
-def _print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], folder: Path) -> None:
+def print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], folder: Path) -> None:
     """Publish the page of the scene's exhibit and say where it is; a scene may name an exhibit that is not there."""
     module = _exhibit(scene)
     if module is None:
@@ -204,24 +189,24 @@ def _print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], 
 
 
 def _table(options: argparse.Namespace) -> int:
-    entries, rows = _solved(_with_companions(options.scene), options, options.budget)
+    entries, rows = solved(with_companions(options.scene), options, options.budget)
     from compare.table import FORMATS
 
     sys.stdout.write(FORMATS[options.format](rows))
-    _say_failures(entries)
+    say_failures(entries)
     return OK if all(entry.ok for entry in entries) else REFUSED
 
 
 def _check(options: argparse.Namespace) -> int:
     from compare import ci, gate
 
-    scenes = _with_companions(options.scene, as_named=True)
+    scenes = with_companions(options.scene, as_named=True)
     baseline = gate.read(_baseline(scenes[0]))
-    entries, rows = _solved(scenes, options, "quick")
+    entries, rows = solved(scenes, options, "quick")
     verdict = gate.check(rows, baseline)
     ci.write(verdict, scenes[0].name, options.junit, options.summary)
     print("\n".join(gate.lines(verdict)))
-    _say_failures(entries)
+    say_failures(entries)
     if verdict.passed:
         print(f"{scenes[0].name}: {len(verdict.margins)} rows pass the gate")
         return OK
@@ -230,31 +215,10 @@ def _check(options: argparse.Namespace) -> int:
     return REFUSED
 
 
-def _export(options: argparse.Namespace) -> int:
-    from compare import export, study
-
-    scene = _with_companions(options.scene)[0]
-    levels = scene.ladder(options.solver, options.budget)
-    if options.level:
-        levels = [level for level in levels if study.level_name(level) == options.level]
-    if not levels:
-        named = ", ".join(dict.fromkeys(map(study.level_name, scene.ladder(options.solver)))) or "none"
-        raise UsageError(f"no such level of {options.solver} within the budget {options.budget}; the scene has {named}")
-    unit = study.unit(scene, None, options.solver, SOLVERS[options.solver], levels[-1])
-    folder = _writable(options.out / "results")
-    (entry,) = study.solve([unit], folder, reuse=not options.fresh)
-    if not entry.ok:
-        _say_failures([entry])
-        return REFUSED
-    export.write(entry.result, options.file)
-    print(f"{study.label(entry)}: {options.file}")
-    return OK
-
-
 def _accept(options: argparse.Namespace) -> int:
     from compare import gate
 
-    scenes = _with_companions(options.scene)
+    scenes = with_companions(options.scene)
     reason = options.reason
     if reason is None:
         if not sys.stdin.isatty():
@@ -263,7 +227,7 @@ def _accept(options: argparse.Namespace) -> int:
     if not reason.strip():
         raise UsageError("accept needs a reason that says something")
     path = _baseline(scenes[0])
-    _, rows = _solved(scenes, options, "quick")
+    _, rows = solved(scenes, options, "quick")
     if path.exists():
         print("\n".join(gate.lines(gate.check(rows, gate.read(path)))))
     gate.accept(rows, reason, scenes[0].name, path)
@@ -274,7 +238,7 @@ def _accept(options: argparse.Namespace) -> int:
 def _explain(options: argparse.Namespace) -> int:
     from compare.explain import explain
 
-    print("\n".join(explain(_with_companions(options.scene)[0], options.budget, SOLVERS)))
+    print("\n".join(explain(with_companions(options.scene)[0], options.budget, SOLVERS)))
     return OK
 
 
@@ -290,7 +254,7 @@ def _scenes(options: argparse.Namespace) -> int:
     return OK
 
 
-def _with_companions(name: str, as_named: bool = False) -> list[Scene]:
+def with_companions(name: str, as_named: bool = False) -> list[Scene]:
     """The scene and its companions, which are shipped names or paths relative to the scene's file.
 
     as_named: a file stands for the scene that it names, whatever else it states.
@@ -342,31 +306,6 @@ def _setting(text: str) -> tuple[str, Any]:
         return key, value
 
 
-def _compare(options: argparse.Namespace) -> int:
-    from compare.external import exported
-    from compare.table import rows
-
-    sizes = options.h or [None] * len(options.files)
-    if len(sizes) != len(options.files):
-        raise UsageError(f"--h was given {len(sizes)} times for {len(options.files)} files")
-    scenes = _with_companions(options.scene)
-    read = [
-        entry
-        for path, h in zip(options.files, sizes, strict=True)
-        for entry in exported.entries(scenes[0], path, options.name, h, options.field)
-    ]
-    lengths = [entry.result.h for entry in read]
-    if len(set(lengths)) < len(lengths):
-        raise UsageError(f"two levels of equal h: {sorted(lengths)}; give other lengths (--h)")
-    entries, _ = _solved(scenes, options, options.budget)
-    entries += sorted(read, key=lambda entry: -entry.result.h)
-    table = rows(entries)
-    _print_table(table)
-    _say_failures(entries)
-    _print_page(scenes[0], entries, table, options.out)
-    return OK if all(entry.ok for entry in entries) else REFUSED
-
-
 def _exhibit(scene: Scene) -> Any:
     """The module that publishes a scene, None where it names one that does not exist."""
     study = f"reports.{scene.study}"
@@ -374,12 +313,12 @@ def _exhibit(scene: Scene) -> Any:
     return module if hasattr(module, "publish") else None
 
 
-def _third_solvers(scenes: list[Scene], budget: str) -> Sequence[Unit]:
+def third_solvers(scenes: list[Scene], budget: str) -> Sequence[Unit]:
     """Units of codes that nobody here wrote, where the scene's exhibit wants them and they are installed."""
     return getattr(_exhibit(scenes[0]), "third_solvers", lambda *_: ())(scenes, budget)
 
 
-def _solved(
+def solved(
     scenes: list[Scene],
     options: argparse.Namespace,
     budget: str,
@@ -393,7 +332,7 @@ def _solved(
             raise UsageError(f"{scene.name}: no level of {' or '.join(solvers)} within the budget {budget}")
     from compare import progress, study, table
 
-    folder = _writable(options.out / "results")
+    folder = writable(options.out / "results")
     with progress.shown() as report:
         units = [*study.plan(scenes, solvers, budget), *others]
         entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh)
@@ -402,7 +341,7 @@ def _solved(
     return entries, table.rows(entries)
 
 
-def _writable(folder: Path) -> Path:
+def writable(folder: Path) -> Path:
     """The folder, made where it is missing. Raises UsageError where nothing can be written there."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -412,7 +351,7 @@ def _writable(folder: Path) -> Path:
         raise UsageError(f"--out {folder.parent}: cannot be written: {error.strerror}") from error
 
 
-def _print_table(rows: list[dict[str, Any]]) -> None:
+def print_table(rows: list[dict[str, Any]]) -> None:
     from rich.console import Console
 
     from compare.table import as_terminal
@@ -422,7 +361,7 @@ def _print_table(rows: list[dict[str, Any]]) -> None:
         console.print(drawn)
 
 
-def _say_failures(entries: list[Entry]) -> None:
+def say_failures(entries: list[Entry]) -> None:
     from compare.study import label
 
     for entry in entries:
@@ -437,4 +376,7 @@ def _baseline(scene: Scene) -> Path:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    # Run the module that the other commands import, not a second copy of it.
+    from compare.cli import main as run
+
+    sys.exit(run())

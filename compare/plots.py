@@ -182,6 +182,24 @@ def history_plot(
     return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.15))
 
 
+def map_plot(
+    name: str, title: str, about: str, x: Sequence[float], y: Sequence[float], values: Sequence[float], label: str
+) -> str:
+    """Values at points (x, y) in m as coloured dots; none where the value is zero, only a small cross. SVG text."""
+
+    def paint(figure: Figure) -> None:
+        axes = figure.subplots()
+        at, size = np.column_stack([x, y]), np.asarray(values, float)
+        none = size <= 0
+        axes.plot(*at[none].T, color=INK, marker="x", linestyle="none", markersize=3.5, alpha=0.45, label="not pressed")
+        shown = axes.scatter(*at[~none].T, c=size[~none], cmap="viridis", s=26, vmin=0.0, label="pressed")
+        figure.colorbar(shown, ax=axes, label=label)
+        axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+        _legend(figure, axes)
+
+    return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.2))
+
+
 def bar_plot(name: str, title: str, about: str, bars: Sequence[Bar], xlabel: str) -> str:
     """Horizontal bars from zero, each with its value written at its end, as SVG text."""
 

@@ -177,9 +177,17 @@ def load(path: Path) -> Result:
         header = json.loads(str(arrays.pop("header")))
     except Exception as error:
         raise ResultError(f"{path}: not a result file: {error}") from error
-    schema = header.pop("schema", None)
+    schema = header.pop("schema", None) if isinstance(header, dict) else None
     if schema not in READABLE:
         raise ResultError(f"{path}: result schema {schema}, this version reads {' and '.join(map(str, READABLE))}")
+    try:
+        return _read(header, arrays)
+    except (KeyError, TypeError) as error:
+        raise ResultError(f"{path}: not a result of schema {schema}: {type(error).__name__}: {error}") from error
+
+
+def _read(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Result:
+    """The result of a file's header and arrays; arrays that this version does not know are left alone."""
     header["probes"] = tuple(header["probes"])
     energies = {name.removeprefix("energy."): arrays[name] for name in arrays if name.startswith("energy.")}
     found = {name: arrays[name] for name in ARRAYS} | {name: arrays.get(name) for name in OPTIONAL}

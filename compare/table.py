@@ -26,6 +26,7 @@ import io
 import json
 import math
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,7 @@ from compare.convergence import Convergence, study
 from compare.exact import Value, cross_code, published, reentrant_order
 from compare.scene import Level, Scene
 from compare.study import AS_STATED, Entry, level_name
+from compare.treads import title
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -105,9 +107,9 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
 
 def highest_order(entry: Entry) -> float:
     """Order that theory allows a series in the limit: a solid is singular at the re-entrant edges of a band
-    of rectangular section; without such edges there is no bound. A plate has no such edge in its kinematics."""
+    with upright walls; without such edges there is no bound. A plate has no such edge in its kinematics."""
     bands = (*entry.scene.grooves, *entry.scene.protrusions)
-    singular = entry.solver != "ancf" and any(band.profile is None for band in bands)
+    singular = entry.solver != "ancf" and any(getattr(band, "profile", None) is None for band in bands)
     return reentrant_order(1.5 * math.pi) if singular else math.inf
 
 
@@ -222,8 +224,9 @@ def rule(level: Level) -> str | None:
 
 
 def groove(entry: Entry) -> str:
-    """Names of the local geometry joined by "+", "none" without any."""
-    return "+".join(band.name for band in (*entry.scene.grooves, *entry.scene.protrusions)) or "none"
+    """Names of the local geometry joined by "+", one for a tread, "none" without any."""
+    names = (title(band.name) for band in (*entry.scene.grooves, *entry.scene.protrusions))
+    return "+".join(dict.fromkeys(names)) or "none"
 
 
 def unit(scene: Scene) -> str:
@@ -291,12 +294,13 @@ def as_json(table: list[Row]) -> str:
     return json.dumps(table, indent=1, allow_nan=False)
 
 
-def as_csv(table: list[Row]) -> str:
-    """The rows as comma-separated values with a header line; null is an empty cell."""
+def as_csv(table: list[Row], scenes: Sequence[str] | None = None) -> str:
+    """The rows as comma-separated values with a header line; null is an empty cell. scenes: a first column."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, KEYS, lineterminator="\n")
+    writer = csv.DictWriter(text, KEYS if scenes is None else ("scene", *KEYS), lineterminator="\n")
     writer.writeheader()
-    writer.writerows(table)
+    named = zip(table, scenes, strict=True) if scenes is not None else ()
+    writer.writerows(table if scenes is None else ({"scene": scene, **row} for row, scene in named))
     return text.getvalue()
 
 
@@ -374,8 +378,10 @@ def as_terminal(table: list[Row]) -> list[Table]:
     found = []
     for (solver, element_name, groove_name, load), members in groups.items():
         vibrates = members[0]["mode"] is not None
-        title = f"{solver} ({element_name}), groove: {groove_name}, " + ("modes" if vibrates else f"load: {load}")
-        drawn = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1), pad_edge=False)
+        heading = f"{solver} ({element_name}), groove: {groove_name}, " + ("modes" if vibrates else f"load: {load}")
+        drawn = Table(
+            title=heading, title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1), pad_edge=False
+        )
         heading = HEADINGS | (IN_HERTZ if vibrates else {})
         kept = [key for key in heading if any(row[key] is not None for row in members)]
         for key in kept:

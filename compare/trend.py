@@ -9,8 +9,8 @@ from compare import plots
 from compare.history import Record, used
 from compare.report import Column, Plots, Section, Table
 
-DRAWN = 6  # figures at most: those nearest to their bar
-ROLES = ("ancf", "reference", "paper", "difference", "third", "ancf exact")
+DRAWN = 5  # figures at most: those nearest to their bar
+ROLES = ("ancf", "reference", "difference", "third", "ancf exact")
 
 
 def section(records: Sequence[Record]) -> Section | None:

@@ -405,7 +405,7 @@ def _job(view: str, entry: Entry, greatest: float) -> figures.Job | None:
         "deformed": ("last output time, coloured by the size of the displacement", {"greatest": greatest}),
     }[view]
     if view == "section":
-        if groove is None or groove.along != "x" or not isinstance(scene.surface, Rectangle):
+        if getattr(groove, "along", None) != "x" or not isinstance(scene.surface, Rectangle):
             return None
         low, high = groove.edges
         extra |= {

@@ -10,7 +10,7 @@ from compare.study import Entry, level_name
 from compare.table import answer, percent, unit
 from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, named, scenes
 
-ALIKE = 1.5  # largest ratio of two element sizes that are compared with each other
+ALIKE = 1.3  # largest ratio of two element sizes that are compared with each other
 
 
 def content(entries: Sequence[Entry]) -> dict[str, Any]:

@@ -139,7 +139,7 @@
       });
     }
     const centre = low.map((value, k) => (value + high[k]) / 2);
-    return turning(centre, 0.44 * Math.hypot(...high.map((value, k) => value - low[k])));
+    return turning(centre, 0.38 * Math.hypot(...high.map((value, k) => value - low[k])));
   }
 
   for (const row of document.querySelectorAll("tr[data-run]")) {

@@ -46,7 +46,7 @@ def test_normals_are_the_gradient_of_the_gap_and_turning_that_of_the_normals(kin
     turned = np.stack([(body.normals(x + e) - body.normals(x - e)) / (2 * h) for e in steps], axis=2)
     np.testing.assert_allclose(body.turning(x), turned, atol=1e-8)
     y = x + np.random.default_rng(2).normal(size=x.shape)
-    mean = body.mean_normals(x, y)[0]
+    mean = body.mean_normals(x, y)
     np.testing.assert_allclose(np.einsum("nc,nc->n", mean, y - x), body.gap(y) - body.gap(x), atol=1e-14)
 
 
@@ -57,7 +57,9 @@ def test_gaps_by_hand():
 
 
 def one(x0, x1, v, rate=0.0):
-    return Motion(*(np.array([value], dtype=float) for value in (x0, x1, v)), rate)
+    """Motion of one point above GROUND."""
+    x0, x1, v = (np.array([value], dtype=float) for value in (x0, x1, v))
+    return Motion(x0, x1, -GROUND.gap(x0), -GROUND.gap(x1), v, rate)
 
 
 @pytest.mark.parametrize(
@@ -94,9 +96,9 @@ def test_friction_of_one_point_by_hand():
     """mu p = 10 Pa: 0.01 m at 0.5 m/s stick with 400 x 0.01 + 2 x 0.5 = 5; 0.04 m more would be 21 and slide."""
     motion = one([0, 0, 0.08], [0.01, 0, 0.08], [0.5, 0, 0])
     normal = pressure_at_end(LAW, GROUND, motion)
-    stuck = friction(LAW, GROUND, motion, normal, np.zeros((1, 3)))
+    stuck = friction(LAW, GROUND, motion, normal.p, np.zeros((1, 3)))
     np.testing.assert_allclose([stuck.t[0], stuck.slip[0]], [[-5.0, 0, 0], [0.01, 0, 0]], atol=1e-14)
-    slid = friction(LAW, GROUND, motion, normal, np.array([[0.04, 0, 0]]))
+    slid = friction(LAW, GROUND, motion, normal.p, np.array([[0.04, 0, 0]]))
     np.testing.assert_allclose([slid.t[0], slid.slip[0]], [[-10.0, 0, 0], [10 / 400, 0, 0]], atol=1e-14)
 
 

@@ -138,16 +138,16 @@ def test_companions_are_paths_beside_the_scene_or_shipped_names(plate, capsys):
     other = plate.parent / "other.toml"
     other.write_text(plate.read_text().replace('"plate"', '"other"').replace("0.05", "0.04"))
     plate.write_text(SCENE.format(companions='"other.toml"'))
-    assert [scene.name for scene in cli._with_companions(str(plate))] == ["plate", "other"]
+    assert [scene.name for scene in cli.with_companions(str(plate))] == ["plate", "other"]
     plate.write_text(SCENE.format(companions='"cantilever_plain"'))
-    assert [scene.name for scene in cli._with_companions(str(plate))] == ["plate", "cantilever_plain"]
+    assert [scene.name for scene in cli.with_companions(str(plate))] == ["plate", "cantilever_plain"]
     plate.write_text(SCENE.format(companions='"missing.toml"'))
     assert cli.main(["check", str(plate)]) == 2
     assert "missing.toml" in capsys.readouterr().err
 
 
 def test_set_changes_the_physics_and_leaves_companions_and_paper_out():
-    stated = cli._with_companions("cantilever")
+    stated = cli.with_companions("cantilever")
     (scene,) = cli._changed(stated, ["grooves.0.depth=0.02", "title=A plate"])
     assert (scene.name, scene.grooves[0].depth, scene.title) == ("cantilever_set", 0.02, "A plate")
     assert (scene.published, scene.companions, scene.sensitivity, scene.study) == (None, (), None, "scene")
@@ -156,7 +156,7 @@ def test_set_changes_the_physics_and_leaves_companions_and_paper_out():
 
 
 def test_set_of_anything_but_physics_keeps_the_study():
-    stated = cli._with_companions("cantilever")
+    stated = cli.with_companions("cantilever")
     changed = cli._changed(stated, ['ancf.levels=[{ mesh = [2, 2], time_step = 0.02, budget = "quick" }]'])
     assert [scene.name for scene in changed] == [scene.name for scene in stated]
     assert len(changed[0].ancf.levels) == 1
@@ -281,9 +281,9 @@ def test_an_edited_copy_of_a_shipped_scene_is_not_taken_for_it(plate, capsys):
     """
     text = (SHIPPED / "cantilever.toml").read_text()
     plate.write_text(text)
-    assert [scene.name for scene in cli._with_companions(str(plate))][:2] == ["cantilever", "cantilever_plain"]
+    assert [scene.name for scene in cli.with_companions(str(plate))][:2] == ["cantilever", "cantilever_plain"]
     plate.write_text(text.replace("poissons_ratio = 0.0", "poissons_ratio = 0.3"))
-    (found,) = cli._with_companions(str(plate))
+    (found,) = cli.with_companions(str(plate))
     assert (found.name, found.study, found.published) == ("plate", "scene", None)
     assert found.material.poissons_ratio == 0.3
     assert "states another plate than the shipped cantilever" in capsys.readouterr().err

@@ -154,7 +154,7 @@ def test_a_third_solver_is_on_the_page_with_its_ratios(tmp_path):
 
 
 def test_the_command_refuses_a_bad_file_before_it_solves(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(cli, "_solved", lambda *_: pytest.fail("it began to solve"))
+    monkeypatch.setattr(cli, "solved", lambda *_: pytest.fail("it began to solve"))
     bad = write(tmp_path / "bad.csv", "h,value\n0.1,x\n")
     assert cli.main(["compare", "cantilever_plain", str(bad), "--name", "A"]) == 2
     assert "line 2: value = 'x'" in capsys.readouterr().err

@@ -1,0 +1,84 @@
+"""The commands that read another code's files and write ours for other programs: compare and export."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+
+def add(commands: Any) -> None:
+    """Add the commands to the parser's."""
+    from compare import cli
+
+    compare = cli.add(commands, "compare", _compare, "put the exported answers of another code beside both solvers")
+    compare.add_argument(
+        "files",
+        nargs="+",
+        type=Path,
+        metavar="FILE",
+        help="CSV (h,value[,seconds]) or a mesh with a displacement field",
+    )
+    compare.add_argument("--name", required=True, metavar="SOLVER", help="what the other code is called")
+    compare.add_argument(
+        "--h", type=float, action="append", metavar="METRES", help="element length of a field (its mean edge)"
+    )
+    compare.add_argument("--field", metavar="NAME", help="name of the displacement in a mesh file")
+    cli.budget(compare)
+    cli.working(compare)
+
+    export = cli.add(commands, "export", _export, "write the surface of a level with its displacement, for ParaView")
+    export.add_argument("file", type=Path, metavar="FILE", help="name that ends with .vtu, .vtk or .xdmf")
+    export.add_argument("--solver", choices=cli.SOLVERS, default="ancf", help="whose level (ancf)")
+    export.add_argument("--level", metavar="NAME", help="4x4 or h=0.1 (default: the finest of the budget)")
+    cli.budget(export)
+    cli.working(export)
+
+
+def _compare(options: argparse.Namespace) -> int:
+    from compare import cli
+    from compare.external import exported
+    from compare.table import rows
+
+    sizes = options.h or [None] * len(options.files)
+    if len(sizes) != len(options.files):
+        raise cli.UsageError(f"--h was given {len(sizes)} times for {len(options.files)} files")
+    scenes = cli.with_companions(options.scene)
+    read = [
+        entry
+        for path, h in zip(options.files, sizes, strict=True)
+        for entry in exported.entries(scenes[0], path, options.name, h, options.field)
+    ]
+    lengths = [entry.result.h for entry in read]
+    if len(set(lengths)) < len(lengths):
+        raise cli.UsageError(f"two levels of equal h: {sorted(lengths)}; give other lengths (--h)")
+    entries, _ = cli.solved(scenes, options, options.budget)
+    entries += sorted(read, key=lambda entry: -entry.result.h)
+    table = rows(entries)
+    cli.print_table(table)
+    cli.say_failures(entries)
+    cli.print_page(scenes[0], entries, table, options.out)
+    return cli.OK if all(entry.ok for entry in entries) else cli.REFUSED
+
+
+def _export(options: argparse.Namespace) -> int:
+    from compare import cli, export, study
+
+    scene = cli.with_companions(options.scene)[0]
+    levels = scene.ladder(options.solver, options.budget)
+    if options.level:
+        levels = [level for level in levels if study.level_name(level) == options.level]
+    if not levels:
+        named = ", ".join(dict.fromkeys(map(study.level_name, scene.ladder(options.solver)))) or "none"
+        raise cli.UsageError(
+            f"no such level of {options.solver} within the budget {options.budget}; the scene has {named}"
+        )
+    unit = study.unit(scene, None, options.solver, cli.SOLVERS[options.solver], levels[-1])
+    folder = cli.writable(options.out / "results")
+    (entry,) = study.solve([unit], folder, reuse=not options.fresh)
+    if not entry.ok:
+        cli.say_failures([entry])
+        return cli.REFUSED
+    export.write(entry.result, options.file)
+    print(f"{study.label(entry)}: {options.file}")
+    return cli.OK

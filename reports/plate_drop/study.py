@@ -1,0 +1,156 @@
+"""Run the plate drop, judge it, write plate_drop.html and plate_drop.json.
+
+    python -m reports.plate_drop --budget quick|standard|full
+
+Every unit runs in a process of its own with one thread, `--jobs` of them at a time. A unit that fails is a row
+with the failure's name; nothing else is lost by it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from compare.provenance import provenance
+from compare.report import Commands, Facts, Page, Section, Verdict, write
+from compare.scene import BUDGETS
+from reports.hard_cases.chapter import Asked, Outcome
+from reports.plate_drop import page
+from reports.unit import measure
+
+OUT = Path("reports/build")
+PAPER = {"element": "conforming", "mesh": [1, 1], "points": [7, 3, 3]}
+STEP = {"quick": 5e-3, "standard": 2.5e-3, "full": 2.5e-3}
+TWO = [[0.2, 0.3], [0.7, 0.8]]
+ENRICHED = {
+    "quick": ({"mesh": [2, 2]}, {"mesh": [4, 4]}),
+    "standard": ({"mesh": [2, 2]}, {"mesh": [4, 4]}, {"mesh": [2, 1], "fit": [0.8]}, {"mesh": [2, 8]}),
+    "full": ({"mesh": [2, 2]}, {"mesh": [4, 4]}, {"mesh": [2, 1], "fit": [0.8]}, {"mesh": [2, 8]}, {"mesh": [8, 8]}),
+}
+SOLID = {"quick": (0.2,), "standard": (0.2, 0.1), "full": (0.2, 0.1, 0.07)}
+STIFFNESSES = (1e-2, 1.0, 1e2, 1e4)
+STEPS = {"quick": (1e-2, 1e-3), "standard": (1e-2, 1e-3, 1e-4), "full": (1e-2, 1e-3, 1e-4, 1e-5)}
+HARD = "plate_drop.hard"
+RUNS = "plate_drop.runs"
+
+
+def units(budget: str) -> list[tuple[str, Asked]]:
+    """What is run, each under the part of the page that it belongs to."""
+    step = {"time_step": STEP[budget]}
+    found = [
+        ("grooves", Asked(f"{RUNS}.fall", {"law": "points", "mesh": [2, 2], "grooves": TWO, **_rest(PAPER), **step}))
+    ]
+    for law in ("points", "pressure"):
+        for count in (2, 3, 4, 5):
+            own = PAPER | {"points": [7, count, 3]}
+            found.append(("points", Asked(f"{RUNS}.fall", {"law": law, **own, **step})))
+    found += [("subdomains", Asked(f"{RUNS}.fall", {"law": "pressure", **own, **step})) for own in _divisions()]
+    found += [("compared", asked) for asked in _compared(budget, step)]
+    found += [("sensitivity", asked) for asked in _sensitivity(budget, step)]
+    found += [("hard", asked) for asked in _hard(budget)]
+    found.append(("detail", Asked(f"{RUNS}.detail", {"counts": [1, 2, 4], "mesh": [1, 1]})))
+    return found
+
+
+def _rest(level: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in level.items() if key != "mesh"}
+
+
+def _divisions() -> Iterator[dict[str, Any]]:
+    """One subdomain (the global rule), three, four and six: the groove or all parts in halves."""
+    yield PAPER | {"integration": "global"}
+    yield PAPER
+    yield PAPER | {"grooves": [[0.4, 0.5], [0.5, 0.6]]}
+
+
+def _compared(budget: str, step: dict[str, float]) -> Iterator[Asked]:
+    for own in ENRICHED[budget]:
+        yield Asked(f"{RUNS}.fall", {"law": "pressure", "element": "enriched", "points": [7, 7, 3], **own, **step})
+        yield Asked(f"{RUNS}.rest", {"law": "pressure", "element": "enriched", "points": [7, 7, 3], **own})
+    for size in SOLID[budget]:
+        yield Asked(f"{RUNS}.fall", {"law": "pressure", "solver": "reference", "size": size, "time_step": 5e-3})
+        yield Asked(f"{RUNS}.rest", {"law": "pressure", "solver": "reference", "size": size})
+
+
+def _sensitivity(budget: str, step: dict[str, float]) -> Iterator[Asked]:
+    heights, depths = ((0.025, 0.1), (0.02,)) if budget == "quick" else ((0.01, 0.025, 0.1, 0.2), (0.01, 0.02, 0.04))
+    for height in heights:
+        yield Asked(f"{RUNS}.fall", {"law": "points", "height": height, **PAPER, **step})
+    for depth in depths:
+        yield Asked(f"{RUNS}.fall", {"law": "points", "depth": depth, **PAPER, **step})
+    for dt in (1e-2,) if budget == "quick" else (1e-2, 5e-3, 1.25e-3):
+        analysis_step = {"time_step": dt if dt < 5e-3 else 5e-3}
+        if dt <= 5e-3:
+            yield Asked(f"{RUNS}.fall", {"law": "points", **PAPER, **analysis_step})
+    for integrator in ("trapezoidal", "generalized-alpha"):
+        yield Asked(f"{RUNS}.fall", {"law": "points", "integrator": integrator, **PAPER, **step})
+
+
+def _hard(budget: str) -> Iterator[Asked]:
+    for stiffness in STIFFNESSES:
+        for step in STEPS[budget]:
+            yield Asked(f"{HARD}.landing", {"stiffness": stiffness, "step": step})
+    for step in STEPS[budget][:2]:
+        yield Asked(f"{HARD}.landing", {"stiffness": 1e4, "step": step, "integrator": "trapezoidal"})
+    yield from (Asked(f"{HARD}.{name}") for name in ("stopping", "edge_on", "resting"))
+
+
+def run(budget: str, jobs: int) -> dict[str, list[Outcome]]:
+    """Outcomes by part of the page."""
+    asked, found = units(budget), {}
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting = [(part, unit, pool.submit(measure, unit.name, **unit.arguments)) for part, unit in asked]
+        for done, (part, unit, future) in enumerate(waiting, 1):
+            outcome = Outcome(unit, future.result())
+            found.setdefault(part, []).append(outcome)
+            words = f"{100 * done / len(waiting):5.1f} %  {unit.name} {unit.arguments}: {outcome.measured.status}"
+            print(words, file=sys.stderr, flush=True)
+    return found
+
+
+def publish(found: dict[str, list[Outcome]], budget: str, folder: Path = OUT) -> Path:
+    """Write plate_drop.html and plate_drop.json into `folder`; returns the page's path."""
+    judged, about = page.figures(found), provenance()
+    content = {
+        "figures": {figure.name: figure.entry() for figure in judged},
+        "notes": {figure.name: figure.words() for figure in judged},
+        "budget": budget,
+        "rows": page.rows(found),
+        "provenance": about,
+    }
+    again = [("make plate-drop", "this page")]
+    again += [(outcome.measured.command, part) for part, outcomes in found.items() for outcome in outcomes]
+    facts = [(key, value) for key, value in about.items() if key != "versions"]
+    sections = [
+        Section("verdict", "Verdict", [Verdict(judged)]),
+        *page.sections(found),
+        Section("again", "Every number again", [Commands(again)], "Again"),
+        Section("provenance", "Provenance", [Facts(facts)]),
+    ]
+    return write(folder, "plate_drop", Page(page.TITLE, page.LEAD, sections, f"Groovecheck, {about['date']}"), content)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run, tell, publish; exit status 1 where a figure missed its bar."""
+    options = _parser().parse_args(words)
+    found = run(options.budget, options.jobs)
+    path = publish(found, options.budget, options.out)
+    judged = page.figures(found)
+    for figure in judged:
+        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
+        value = "-" if figure.value is None else format(figure.value, figure.form)
+        print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
+    print(f"page: {path}")
+    return int(any(figure.met is False for figure in judged))
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m reports.plate_drop", description=page.LEAD)
+    parser.add_argument("--budget", choices=BUDGETS, default="standard")
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
+    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
+    return parser

@@ -18,7 +18,7 @@ class Mapping(MappingIsoparametric):
     Kept there, it runs along the cube's sides for ever in tetrahedra that a shell bends, sound as they are.
     """
 
-    def invF(self, x, tind=None):  # noqa: N802
+    def invF(self, x, tind=None):
         """Local coordinates (3, f, q) of the points x in the tetrahedra tind. Raises MeshError "mesh_inverted"."""
         X = np.full(x.shape, 0.25)
         for _ in range(STEPS):

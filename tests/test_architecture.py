@@ -38,6 +38,7 @@ ANCF_ORDER = (
     "assembly",
     "supports",
     "functional",
+    "volume_ratio",
     "loads",
     "pressure",
     "obstacle",

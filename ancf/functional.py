@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from ancf.element import integrand
 from ancf.mesh import Mesh
 from ancf.quadrature import NO_PROMISE, Rule, gauss, onto_cell, tensor
-from ancf.subdomain import Band, division, element_rule, thickness_range, through_thickness
+from ancf.subdomain import Feature, division_of_side, element_rule, thickness_range, through_thickness
 
 POINTS = (5, 5, 3)
 BLOCK = 2048  # points evaluated at a time
@@ -53,16 +53,16 @@ def value_at(mesh: Mesh, x: float, y: float, z: float) -> np.ndarray:
     return interpolation(mesh, np.array([mesh.locate(x, y)]), np.array([[x, y, z]])).toarray()[0]
 
 
-def mean_through_thickness(mesh: Mesh, bands: Sequence[Band], thickness: float, x: float, y: float) -> np.ndarray:
+def mean_through_thickness(mesh: Mesh, bands: Sequence[Feature], thickness: float, x: float, y: float) -> np.ndarray:
     """Row (v,) of the mean position over the material line through (x, y)."""
     e = mesh.locate(x, y)
-    z_min, z_max = thickness_range(bands, thickness, x, y)
+    z_min, z_max = thickness_range(bands, thickness, *mesh.inward(x, y))
     place = Rule(np.array([[x, y]]), np.array([1 / float(z_max - z_min)]), NO_PROMISE)
     line = through_thickness(place, z_min, z_max, POINTS[2], mesh.levels(e))
     return line.weights @ interpolation(mesh, np.full(len(line.weights), e), line.points)
 
 
-def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region) -> np.ndarray:
+def mean_over_region(mesh: Mesh, bands: Sequence[Feature], thickness: float, region) -> np.ndarray:
     """Row (v,) of the mean position over the material whose (x, y) lies in the region ((x0, x1), (y0, y1)).
 
     Raises ValueError where the region misses the plate.
@@ -80,13 +80,13 @@ def mean_over_region(mesh: Mesh, bands: Sequence[Band], thickness: float, region
     return row / volume
 
 
-def mean_over_edge(mesh: Mesh, bands: Sequence[Band], thickness: float, edge: str) -> np.ndarray:
+def mean_over_edge(mesh: Mesh, bands: Sequence[Feature], thickness: float, edge: str) -> np.ndarray:
     """Row (v,) of the mean position over the material face of the edge x0, x1, y0 or y1."""
     row, area = _over_edge(mesh, bands, thickness, edge, 0)
     return row / area
 
 
-def slope_through_edge(mesh: Mesh, bands: Sequence[Band], thickness: float, edge: str) -> np.ndarray:
+def slope_through_edge(mesh: Mesh, bands: Sequence[Feature], thickness: float, edge: str) -> np.ndarray:
     """Row (v,) of the mean slope of the position along z over the face of an edge: its director.
 
     Integral of (z - z0) r over that of (z - z0)^2, z0 the face's mean z: the slope of the best straight line.
@@ -128,12 +128,14 @@ def pressure_on_face(mesh: Mesh, thickness: float, face: int) -> np.ndarray:
 
 def _face_rule(cell, bands, thickness: float, axis: int, at: float, levels: Sequence[float]) -> Rule:
     """Rule over the face of a cell at a constant coordinate: its weights are d(other coordinate) dz."""
-    lines, across = division(cell, bands)[1 - axis], gauss(POINTS[0])
+    lines, beside = division_of_side(cell, bands, axis, at)
+    across = gauss(POINTS[0])
     half = np.diff(lines)[:, None] / 2
     s = (lines[:-1, None] + half * (1 + across.points[:, 0])).ravel()
     x, y = (np.full_like(s, at), s) if axis == 0 else (s, np.full_like(s, at))
     line = Rule(np.column_stack([x, y]), (half * across.weights).ravel(), across.degree)
-    return through_thickness(line, *thickness_range(bands, thickness, x, y), POINTS[2], levels)
+    place = (np.full_like(s, beside), s) if axis == 0 else (s, np.full_like(s, beside))
+    return through_thickness(line, *thickness_range(bands, thickness, *place), POINTS[2], levels)
 
 
 def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:

@@ -12,6 +12,7 @@ from ancf.nurbs import GeometryError, Revolved, Surface, crease, surface_derivat
 from ancf.shape import CONFORMING, CORNERS, EDGES, Plate
 
 Cell = tuple[tuple[float, float], tuple[float, float]]
+HAIR = 1e-9  # of the plate's side
 
 
 class Special(NamedTuple):
@@ -88,6 +89,14 @@ class Mesh:
         if self.closed:
             del touched["x0"], touched["x1"]
         return tuple(edge for edge, touches in touched.items() if touches)
+
+    def inward(self, x: float, y: float) -> tuple[float, float]:
+        """The parameters (x, y), from an edge of the plate moved inside by a hair."""
+        ends = ((lines[0], lines[-1]) for lines in (self.x_lines, self.y_lines))
+        hairs = ((low, high, HAIR * (high - low)) for low, high in ends)
+        return tuple(
+            float(np.clip(v, low + hair, high - hair)) for v, (low, high, hair) in zip((x, y), hairs, strict=True)
+        )
 
     def locate(self, x: float, y: float) -> int:
         """Element that contains the parameters (x, y). Raises ValueError outside the mesh."""

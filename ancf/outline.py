@@ -10,7 +10,8 @@ import scipy.sparse as sp
 
 from ancf.functional import interpolation
 from ancf.mesh import Mesh
-from ancf.subdomain import Band, division, thickness_range
+from ancf.outline_cut import surface
+from ancf.subdomain import Feature, Outlined, division, thickness_range
 
 FINEST = 32
 INWARD = 1e-7
@@ -32,12 +33,14 @@ def rows(mesh: Mesh, facets: Facets) -> sp.csr_matrix:
     return interpolation(mesh, facets.elements, facets.points)
 
 
-def facets(mesh: Mesh, bands: Sequence[Band], thickness: float) -> Facets:
+def facets(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> Facets:
     """Both faces, the walls of the grooves and the plate's edges.
 
     The mid-surface is divided at element lines and groove edges and then evenly, about FINEST times a
     side; each of these patches has its own corners, so that a groove's wall is as sharp as it is.
     """
+    if any(isinstance(band, Outlined) for band in bands):
+        return _cut_facets(mesh, bands, thickness)
     x, y = (_lines(mesh, bands, axis) for axis in (0, 1))
     nx, ny = len(x) - 1, len(y) - 1
     i, j = np.indices((nx, ny))
@@ -55,7 +58,17 @@ def facets(mesh: Mesh, bands: Sequence[Band], thickness: float) -> Facets:
     return Facets(points, np.tile(np.repeat(elements, 4), 2), triangles, edges)
 
 
-def _lines(mesh: Mesh, bands: Sequence[Band], axis: int) -> np.ndarray:
+def _cut_facets(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> Facets:
+    """As `facets`, where outlines cut the plate."""
+    parts = surface(mesh, bands, thickness, FINEST)
+    points = np.concatenate([part.reshape(-1, 3) for part in parts])
+    middles = np.concatenate([np.repeat(part[..., :2].mean(axis=1), part.shape[1], axis=0) for part in parts])
+    flat, walls, lines = np.split(np.arange(len(points)), np.cumsum([part.size // 3 for part in parts])[:2])
+    triangles = np.concatenate([flat.reshape(-1, 3), walls.reshape(-1, 4)[:, QUAD].reshape(-1, 3)])
+    return Facets(points, _elements(mesh, middles), triangles, lines.reshape(-1, 2))
+
+
+def _lines(mesh: Mesh, bands: Sequence[Feature], axis: int) -> np.ndarray:
     """Element lines, groove edges and even divisions on one axis."""
     lines = np.unique(np.round(np.concatenate([division(cell, bands)[axis] for cell in mesh.cells]), 12))
     own = (mesh.x_lines, mesh.y_lines)[axis]
@@ -69,7 +82,10 @@ def _elements(mesh: Mesh, at: np.ndarray) -> np.ndarray:
     """Element that contains each of the points (n, 2)."""
     number = np.empty((len(mesh.x_lines) - 1, len(mesh.y_lines) - 1), dtype=int)
     number[tuple(mesh.corners.T)] = np.arange(len(mesh.corners))
-    column, row = (np.searchsorted(lines, s) - 1 for lines, s in zip((mesh.x_lines, mesh.y_lines), at.T, strict=True))
+    column, row = (
+        np.clip(np.searchsorted(lines, s) - 1, 0, len(lines) - 2)
+        for lines, s in zip((mesh.x_lines, mesh.y_lines), at.T, strict=True)
+    )
     return number[column, row]
 
 

@@ -6,60 +6,33 @@ integrated subdomain by subdomain (Eq. 8), or on one grid for comparison (Eq. 7)
 (x, y, z) are the reference coordinates: mid-surface parameters and the distance from it along its
 normal in m. On a curved mid-surface the weights are dx dy dz and the caller multiplies by J_o. A cell is
 ((x0, x1), (y0, y1)). An axis is 0 for x and 1 for y.
+
+Bands divide an element by straight lines along its sides, into subdomains with a product rule each. What has an
+outline cuts it anywhere: the rule is then that of `ancf.cut`, with the fewest points that keep its promise.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ancf.nurbs import Curve, GeometryError, curve_derivatives, invert
+from ancf.band import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Cell, along_curve, evenness, section_depth
+from ancf.cut import Cut, Region, cut, rectangle
+from ancf.feature import ROUND_OFF, Feature, depth_at, dividing_lines, faces, key, relevant, scale, thickness_range
+from ancf.nurbs import curve_derivatives
+from ancf.outlined import Outlined
 from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
+from ancf.recombination import fewer
 
-ROUND_OFF = 1e-12
-BOTTOM, TOP = -1, 1
-GROOVE, PROTRUSION = -1, 1
+GRADING, GRADED = 0.15, 10  # ratio and number of the lines graded toward a knot of a section
+LINEAR = 2  # points through the thickness that integrate the mass of a field linear in z
+NUDGE = 1e-9  # of a cell's side: how far beside a line a face there is looked at
 
-Interval = tuple[float, float]
-Cell = tuple[Interval, Interval]
-
-
-@dataclass(frozen=True)
-class Band:
-    """A groove or a protrusion: a straight band on one face, running along an axis.
-
-    face: BOTTOM or TOP. sign: GROOVE or PROTRUSION. along: the axis it runs along. edges: its two
-    edges on the other axis. extent: its two ends on its own axis. section: the depth (height) in m
-    where it is constant, or a curve through (across, depth), measured from the plate's plain face,
-    whose first component does not decrease.
-    """
-
-    face: int
-    sign: int
-    along: int
-    edges: Interval
-    section: float | Curve
-    extent: Interval = (-np.inf, np.inf)
-
-    @property
-    def across(self) -> int:
-        """The axis that crosses the band."""
-        return 1 - self.along
-
-    @property
-    def is_curved(self) -> bool:
-        """Whether the section is a curve."""
-        return isinstance(self.section, Curve)
-
-    def limits(self, axis: int) -> Interval:
-        """First and last coordinate of the band on an axis."""
-        return self.edges if axis == self.across else self.extent
+__all__ = ["BOTTOM", "GROOVE", "PROTRUSION", "TOP", "Band", "Cell", "Feature", "Outlined", "thickness_range"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,48 +48,50 @@ class _Axis:
     depth: np.ndarray
 
 
-def thickness_range(
-    bands: Sequence[Band], thickness: float, x: ArrayLike, y: ArrayLike
-) -> tuple[np.ndarray, np.ndarray]:
-    """z_min and z_max (m) of the material at the points (x, y), broadcast against each other.
-
-    Of several grooves on one face the deepest counts, of several protrusions the highest; a groove
-    cuts away all that lies above its floor, a protrusion too. Edges belong to their band. Raises
-    GeometryError where nothing is left.
-    """
-    at = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    covers = [_within(at[0], band.limits(0)) & _within(at[1], band.limits(1)) for band in bands]
-    depths = [_depth(band, at[band.across]) for band in bands]
-    z_min, z_max = _faces(bands, thickness, covers, depths)
-    shape = np.broadcast_shapes(at[0].shape, at[1].shape)
-    return np.broadcast_to(z_min, shape), np.broadcast_to(z_max, shape)
-
-
-def division(cell: Cell, bands: Sequence[Band]) -> tuple[np.ndarray, np.ndarray]:
+def division(cell: Cell, bands: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
     """Lines x and lines y that divide the cell: its sides, and the edges, ends and knots of the bands.
 
-    Lines within round-off of a side or of each other are one line.
+    Of what has an outline its least and greatest coordinates. Lines within round-off of a side or of each other are
+    one line.
     """
-    touching = [band for band in bands if _touches(cell, band)]
-    return _lines(cell, touching, 0), _lines(cell, touching, 1)
+    touching = relevant(cell, bands)
+    return dividing_lines(cell, touching, 0), dividing_lines(cell, touching, 1)
 
 
-def signature(cell: Cell, bands: Sequence[Band]) -> tuple:
+def division_of_side(cell: Cell, bands: Sequence[Feature], axis: int, at: float) -> tuple[np.ndarray, float]:
+    """Lines that divide a cell's side, on which the coordinate `axis` is `at`, and a coordinate just inside it.
+
+    Besides those of `division` the places where outlines meet the side.
+    """
+    touching, (low, high) = relevant(cell, bands), cell[axis]
+    beside = at + NUDGE * (high - low) * (1 if 2 * at < low + high else -1)
+    lines = [*dividing_lines(cell, touching, 1 - axis)]
+    for band in touching:
+        if isinstance(band, Outlined):
+            lines += _places(band, axis, beside)
+    first, last = cell[1 - axis]
+    return np.unique(np.clip(lines, first, last)), beside
+
+
+def _places(band: Outlined, axis: int, at: float) -> list[float]:
+    """Where an outline meets the line on which the coordinate `axis` is `at`, by the other coordinate."""
+    if axis == 0:
+        return [float(arc.y(np.array(at))) for arc in band.arcs if arc.x0 <= at < arc.x1]
+    return [float(x) for arc in band.arcs if arc.low <= at <= arc.high for x in arc.meets(0.0, 1.0, at)]
+
+
+def signature(cell: Cell, bands: Sequence[Feature]) -> tuple:
     """Hashable key: cells with equal keys have the same rule up to a shift of their origins (x0, y0).
 
     It holds the cell's size and what the cell sees of each band, relative to its own origin and size.
     """
     sizes = tuple(float(f"{high - low:.11e}") for low, high in cell)
-    return sizes, *(
-        (band.face, band.sign, band.along, _shape(band.section), _seen(cell, band, 0), _seen(cell, band, 1))
-        for band in bands
-        if _touches(cell, band)
-    )
+    return sizes, *(key(cell, band) for band in relevant(cell, bands))
 
 
 def element_rule(
     cell: Cell,
-    bands: Sequence[Band],
+    bands: Sequence[Feature],
     thickness: float,
     points: tuple[int, int, int],
     integration: Literal["subdomain", "global"] = "subdomain",
@@ -128,24 +103,30 @@ def element_rule(
     integration "global" (Eq. 7). z follows the kept thickness at each (x, y), divided at the increasing
     `levels` of z with as many points in each part. A curved section is
     integrated over its own parameter, dy = y'(u) du, between its knots, so that a vertical tangent
-    costs no accuracy. Raises GeometryError where a band leaves no material.
+    costs no accuracy. Where an outline cuts the element, a polynomial of degree 2 points - 1 in each coordinate is
+    integrated as well as in a whole element. Raises GeometryError where a band leaves no material.
     """
-    touching = [band for band in bands if _touches(cell, band)]
-    if not touching:
-        if not levels:
-            return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
-        plane = onto_cell(tensor(*map(gauss, points[:2])), cell)
-        return through_thickness(plane, -thickness / 2, thickness / 2, points[2], levels)
-    if integration == "global":
+    touching = relevant(cell, bands)
+    if integration == "global" and touching:
         plane = onto_cell(tensor(*map(gauss, points[:2])), cell)
         z_min, z_max = thickness_range(touching, thickness, *plane.points.T)
         return through_thickness(replace(plane, degree=NO_PROMISE), z_min, z_max, points[2], levels)
-    x, y = (_divided_axis(cell, touching, axis, points[axis]) for axis in (0, 1))
-    count = len(touching)
-    covers = (x.inside[:, :, None] & y.inside[:, None, :]).reshape(count, -1)
-    depths = (x.depth[:, :, None] + y.depth[:, None, :]).reshape(count, -1)
-    z_min, z_max = _faces(touching, thickness, covers, depths)
-    return through_thickness(tensor(x.rule, y.rule), z_min, z_max, points[2], levels)
+    if not touching and not levels:
+        return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
+    plane, z_min, z_max = _plane(cell, touching, thickness, points, thin=True)
+    return through_thickness(plane, z_min, z_max, points[2], levels)
+
+
+def face_rule(
+    cell: Cell, bands: Sequence[Feature], thickness: float, points: tuple[int, int], face: int
+) -> tuple[Rule, np.ndarray]:
+    """Rule in (x, y) over a cell, points (q, 2) and weights dx dy (q,), and the z (q,) of the true face there.
+
+    It is fitted to the edges of bands and outlines, `points` along x and y in each subdomain; where a groove's floor
+    is the face, z is its floor. face: BOTTOM or TOP.
+    """
+    plane, *z = _plane(cell, relevant(cell, bands), thickness, (*points, 1))
+    return plane, np.broadcast_to(z[0] if face == BOTTOM else z[1], plane.weights.shape)
 
 
 def through_thickness(
@@ -166,25 +147,100 @@ def through_thickness(
     return Rule(points[some], weights.ravel()[some], min(plane.degree, line.degree))
 
 
-def _faces(bands: Sequence[Band], thickness: float, covers: Sequence, depths: Sequence) -> tuple:
-    """z_min and z_max (...) where band b has the depth depths[b] (...) at the points covers[b] (...)."""
-    change = {(face, sign): 0.0 for face in (BOTTOM, TOP) for sign in (GROOVE, PROTRUSION)}
-    for band, covered, depth in zip(bands, covers, depths, strict=True):
-        kind = band.face, band.sign
-        change[kind] = np.maximum(change[kind], np.where(covered, depth, 0.0))
-    z = {}
-    for face in (BOTTOM, TOP):
-        groove, protrusion = change[face, GROOVE], change[face, PROTRUSION]
-        z[face] = face * (thickness / 2 + np.where(groove > 0, -groove, protrusion))
-    if np.any(z[TOP] - z[BOTTOM] <= ROUND_OFF * thickness):
-        raise GeometryError(f"the grooves leave no material of a thickness of {thickness} m")
-    return z[BOTTOM], z[TOP]
+def _plane(cell: Cell, touching: Sequence[Feature], thickness: float, points, thin: bool = False) -> tuple:
+    """Rule in (x, y) fitted to what touches a cell, and z_min and z_max (q,) there. thin: see `_thinned`."""
+    if not touching:
+        return onto_cell(tensor(*map(gauss, points[:2])), cell), -thickness / 2, thickness / 2
+    if any(isinstance(band, Outlined) for band in touching):
+        return _cut_plane(cell, touching, thickness, points, thin)
+    x, y = (_divided_axis(cell, touching, axis, points[axis]) for axis in (0, 1))
+    count = len(touching)
+    covers = (x.inside[:, :, None] & y.inside[:, None, :]).reshape(count, -1)
+    depths = (x.depth[:, :, None] + y.depth[:, None, :]).reshape(count, -1)
+    return tensor(x.rule, y.rule), *faces(touching, thickness, covers, depths)
+
+
+def _cut_plane(cell: Cell, touching: Sequence[Feature], thickness: float, points, thin: bool) -> tuple:
+    """As `_plane`, where outlines cut the cell."""
+    parts = regions(cell, touching)
+    varying = [callable(part.depth) for part in parts]
+    found = cut(cell, parts, (*points[:2], min(points[2], LINEAR)))
+    depths = [
+        depth_at(band, *found.points.T) if varies else part.depth
+        for band, part, varies in zip(touching, parts, varying, strict=True)
+    ]
+    heights = faces(touching, thickness, found.inside, depths)
+    z_min, z_max = (np.broadcast_to(z, found.weights.shape) for z in heights)
+    exact = not any(varying) and all(arc.degree <= 1 for part in parts for arc in part.arcs)
+    plane = Rule(found.points, found.weights, 2 * min(points[:2]) - 1 if exact else NO_PROMISE)
+    if thin and not any(isinstance(band, Band) and band.is_curved for band in touching):
+        marks = found.inside if any(varying) else np.stack([z_min, z_max])
+        kept, weights = _thinned(found, parts, marks, points)
+        return Rule(plane.points[kept], weights, plane.degree), z_min[kept], z_max[kept]
+    return plane, z_min, z_max
+
+
+def _thinned(found: Cut, parts: Sequence[Region], marks: np.ndarray, points) -> tuple[np.ndarray, np.ndarray]:
+    """Numbers and new weights of the fewest points that integrate the same polynomials over each part of the cell.
+
+    marks (k, q): what tells one part from another. Regions without depth only divide the cell. Where depths vary they
+    are polynomials between their knots, and what they bring to the degree is kept.
+    """
+    marks = [*marks, *(row for row, part in zip(found.inside, parts, strict=True) if part.depth == 0)]
+    marks += [
+        np.searchsorted(part.lines[k], found.points[:, k]) for part in parts for k in (0, 1) if len(part.lines[k])
+    ]
+    _, part_of = np.unique(np.array(marks), axis=1, return_inverse=True)
+    deep = [max((part.degree[k] for part in parts if callable(part.depth)), default=0) for k in (0, 1)]
+    degree = tuple(2 * (points[k] + min(points[2], LINEAR) * deep[k]) - 1 for k in (0, 1))
+    kept, weights = [], []
+    for k in range(part_of.max() + 1):
+        own = np.flatnonzero(part_of == k)
+        some, new = fewer(found.points[own], found.weights[own], degree)
+        kept.append(own[some])
+        weights.append(new)
+    return np.concatenate(kept), np.concatenate(weights)
+
+
+def regions(cell: Cell, bands: Sequence[Feature]) -> list[Region]:
+    """What touches a cut cell, as `ancf.cut` knows it."""
+    return [_region(cell, band) for band in bands]
+
+
+def _region(cell: Cell, band: Feature) -> Region:
+    """A band as a rectangle that ends one cell's size beyond the cell, an outline as it is."""
+    if isinstance(band, Outlined):
+        return band.region
+    limits = []
+    for axis, (low, high) in enumerate(cell):
+        first, last = band.limits(axis)
+        limits.append((max(first, 2 * low - high), min(last, 2 * high - low)))
+    if not band.is_curved:
+        return Region(*rectangle(*limits), band.section)
+    lines: list[Sequence[float]] = [(), ()]
+    lines[band.across] = _graded(curve_derivatives(band.section, band.section.breaks)[0][:, 0])
+    degree = [0, 0]
+    degree[band.across] = band.section.degree
+    return Region(
+        *rectangle(*limits), lambda x, y: section_depth(band, (x, y)[band.across]), tuple(lines), tuple(degree)
+    )
+
+
+def _graded(breaks: np.ndarray) -> list[float]:
+    """Knots of a section and lines ever nearer to them, where its depth may have a vertical tangent."""
+    lines = []
+    for low, high in pairwise(np.unique(breaks)):
+        steps = (high - low) * GRADING ** np.arange(1, GRADED)
+        lines += [low, *(low + steps), *(high - steps), high]
+    return lines
 
 
 def _divided_axis(cell: Cell, bands: Sequence[Band], axis: int, count: int) -> _Axis:
     """One axis of the cell with `count` points in each of its intervals."""
-    tolerance = ROUND_OFF * _scale(cell, bands)
-    parts = [_interval(low, high, bands, axis, count, tolerance) for low, high in pairwise(_lines(cell, bands, axis))]
+    tolerance = ROUND_OFF * scale(cell, bands)
+    parts = [
+        _interval(low, high, bands, axis, count, tolerance) for low, high in pairwise(dividing_lines(cell, bands, axis))
+    ]
     inside, depth = (np.concatenate([getattr(part, name) for part in parts], axis=1) for name in ("inside", "depth"))
     return _Axis(join(*(part.rule for part in parts)), inside, depth)
 
@@ -198,103 +254,18 @@ def _interval(low: float, high: float, bands: Sequence[Band], axis: int, count: 
     inside = [band.limits(axis)[0] < middle < band.limits(axis)[1] for band in bands]
     crossed = [here and band.across == axis for here, band in zip(inside, bands, strict=True)]
     curved = {
-        b: _along_curve(band.section, low, high, count, tolerance)
+        b: along_curve(band.section, low, high, count, tolerance)
         for b, band in enumerate(bands)
         if crossed[b] and band.is_curved
     }
     depth = np.zeros((len(bands), count))
     if curved:
-        leading = min(curved, key=lambda b: _evenness(curved[b][0]))
+        leading = min(curved, key=lambda b: evenness(curved[b][0]))
         rule, depth[leading] = curved.pop(leading)
         crossed[leading] = False
     else:
         rule = onto_cell(gauss(count), [(low, high)])
     for b, band in enumerate(bands):
         if crossed[b]:
-            depth[b] = _depth(band, rule.points[:, 0])
+            depth[b] = section_depth(band, rule.points[:, 0])
     return _Axis(rule, np.repeat(np.array(inside)[:, None], count, axis=1), depth)
-
-
-def _along_curve(curve: Curve, low: float, high: float, count: int, tolerance: float) -> tuple[Rule, np.ndarray]:
-    """Rule in the coordinate across a section, and the depth (q,) there, from Gauss points in the curve's parameter.
-
-    Between low and high the section is smooth. The weights y'(u) du are scaled so that they add up
-    to the interval's length at any `count`: the plain part of the plate keeps its volume exactly.
-    """
-    breaks = curve.breaks
-    at_breaks = curve_derivatives(curve, breaks)[0][:, 0]
-    first = breaks[np.abs(at_breaks - low) <= tolerance]
-    last = breaks[np.abs(at_breaks - high) <= tolerance]
-    start = first.max() if first.size else float(invert(curve, low))
-    end = last.min() if last.size else float(invert(curve, high))
-    along = onto_cell(gauss(count), [(start, end)])
-    c, c_u, _ = curve_derivatives(curve, along.points[:, 0])
-    weights = along.weights * c_u[:, 0]
-    return Rule(c[:, :1], weights * ((high - low) / weights.sum()), NO_PROMISE), c[:, 1]
-
-
-def _evenness(rule: Rule) -> float:
-    """Least over greatest slope of the map from Gauss points: small where the section has a vertical tangent."""
-    slope = rule.weights / gauss(len(rule.weights)).weights
-    return slope.min() / slope.max()
-
-
-def _depth(band: Band, across: np.ndarray) -> np.ndarray:
-    """Depth (m) of a band's section at coordinates across it, clipped to its edges."""
-    if not band.is_curved:
-        return np.full(np.shape(across), float(band.section))
-    return curve_derivatives(band.section, invert(band.section, across))[0][..., 1]
-
-
-def _lines(cell: Cell, bands: Sequence[Band], axis: int) -> np.ndarray:
-    """Sorted distinct lines of one axis from side to side of the cell."""
-    low, high = cell[axis]
-    tolerance = ROUND_OFF * _scale(cell, bands)
-    candidates = [line for band in bands for line in _own_lines(band, axis)]
-    lines = [low]
-    for line in sorted(line for line in candidates if line < high - tolerance):
-        if line > lines[-1] + tolerance:
-            lines.append(line)
-    return np.array([*lines, high])
-
-
-def _own_lines(band: Band, axis: int) -> list[float]:
-    """Edges and knots of a band on one axis."""
-    if axis == band.across and band.is_curved:
-        return curve_derivatives(band.section, band.section.breaks)[0][:, 0].tolist()
-    return list(band.limits(axis))
-
-
-def _touches(cell: Cell, band: Band) -> bool:
-    """Whether the band covers more of the cell than round-off."""
-    tolerance = ROUND_OFF * _scale(cell, [band])
-    overlaps = ((cell[a], band.limits(a)) for a in (0, 1))
-    return all(min(c[1], b[1]) - max(c[0], b[0]) > tolerance for c, b in overlaps)
-
-
-@lru_cache(maxsize=256)
-def _shape(section: float | Curve) -> tuple:
-    """What makes two sections the same wherever they lie, to 11 digits."""
-    if not isinstance(section, Curve):
-        return (section,)
-    numbers = [section.knots, section.weights, section.control_points - [section.control_points[0, 0], 0.0]]
-    return section.degree, *(float(f"{value:.10e}") for array in numbers for value in array.ravel())
-
-
-def _seen(cell: Cell, band: Band, axis: int) -> tuple[float, float]:
-    """A band's limits in units of the cell, clipped to it unless they place a curved section."""
-    low, high = cell[axis]
-    limits = [(limit - low) / (high - low) for limit in band.limits(axis)]
-    if not (band.is_curved and axis == band.across):
-        limits = [min(max(limit, 0.0), 1.0) for limit in limits]
-    return round(limits[0], 11), round(limits[1], 11)
-
-
-def _scale(cell: Cell, bands: Sequence[Band]) -> float:
-    """Largest finite coordinate: what round-off is measured against."""
-    values = [*cell[0], *cell[1], *(v for band in bands for v in (*band.edges, *band.extent))]
-    return max(abs(value) for value in values if np.isfinite(value))
-
-
-def _within(values: np.ndarray, limits: Interval) -> np.ndarray:
-    return (values >= limits[0]) & (values <= limits[1])

@@ -14,13 +14,14 @@ from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys,
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
 from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form
+from ancf.layer import wall_strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
 from ancf.pressure import FollowerPressure
 from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
-from ancf.subdomain import Band, element_rule, signature
+from ancf.subdomain import Feature, element_rule, signature
 
 if TYPE_CHECKING:
     from ancf.contact import Contact
@@ -189,7 +190,7 @@ class System:
 
 def body(
     mesh: Mesh,
-    bands: Sequence[Band],
+    bands: Sequence[Feature],
     thickness: float,
     material: Material,
     density: float,
@@ -211,7 +212,7 @@ def body(
     free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
-    divided = [*bands, *strips(mesh, thickness, free)]
+    divided = [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
 
     def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
         return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]
@@ -303,7 +304,7 @@ def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
 
 
-def distinct(mesh: Mesh, bands: Sequence[Band], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
+def distinct(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
     """Number of each element's shape (e,), and the first element of each shape (g,).
 
     Two shapes are equal when what they see of the grooves agrees, the free edges that they have a layer on,

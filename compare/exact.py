@@ -164,7 +164,8 @@ def cross_code(scene: Scene) -> tuple[Value, ...]:
     """Heights (m) of the free corner that CalculiX found for the scene's own question; empty for any other question."""
     if not _is_the_cantilever(scene):
         return ()
-    cut = tuple((band.face, band.along, *band.edges, band.depth) for band in scene.grooves if band.profile is None)
+    straight = (band for band in scene.grooves if not hasattr(band, "outline") and band.profile is None)
+    cut = tuple((band.face, band.along, *band.edges, band.depth) for band in straight)
     if len(cut) < len(scene.grooves) or scene.protrusions:
         return ()
     found = CALCULIX_HEIGHTS.get((scene.analysis.kind, cut), ())

@@ -6,8 +6,10 @@ import importlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from compare.treads import PREFIX
+
 if TYPE_CHECKING:
-    from compare.scene import Band, Load, Material, Scene
+    from compare.scene import Feature, Load, Material, Scene
 
 SURFACES = {
     "rectangle": ("rectangle", " m"),
@@ -36,7 +38,9 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
     """What a scene states, as pairs of a subject and its numbers in words, SI units."""
     material, analysis, bands = scene.material, scene.analysis, []
     for kind, members in (("groove", scene.grooves), ("protrusion", scene.protrusions)):
-        bands += [(f"{kind} {band.name}", _band(band)) for band in members]
+        bands += [(f"{kind} {band.name}", _band(band)) for band in members if not band.name.startswith(PREFIX)]
+    if scene.tread is not None:
+        bands.append(("tread", _tread(scene)))
     density = "" if material.density is None else f", density {material.density:g} kg/m³"
     span = " and ".join(f"{axis} {_span(limits)}" for axis, limits in zip("xy", scene.surface.span, strict=True))
     surface, unit = SURFACES[scene.surface.kind]
@@ -82,7 +86,17 @@ def _supports(scene: Scene) -> list[tuple[str, str]]:
     return found
 
 
-def _band(band: Band) -> str:
+def _tread(scene: Scene) -> str:
+    tread, count = scene.tread, sum(band.name.startswith(PREFIX) for band in scene.grooves)
+    words = f"{tread.kind}, {tread.face} face, travel along {tread.along}, depth {tread.depth:g} m"
+    return f"{words}, {100 * tread.void:g} % of the face cut away by {count} grooves"
+
+
+def _band(band: Feature) -> str:
+    if hasattr(band, "outline"):
+        x, y = (_span(band.limits(axis)) for axis in (0, 1))
+        depth = "a depth that varies" if band.depth is None else f"depth {band.depth:g} m"
+        return f"{band.face} face, an outline of degree {band.outline.degree}, x {x}, y {y}, {depth}"
     over = "y" if band.along == "x" else "x"
     shape = f"depth {band.depth:g} m" if band.profile is None else f"a NURBS profile of degree {band.profile.degree}"
     limits = "" if band.extent is None else f" from {_span(band.extent)}"

@@ -22,6 +22,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationError
 
 from compare.scene_contact import Obstacle
 from compare.scene_errors import SceneError, describe
+from compare.scene_outline import Outlined
 from compare.scene_parts import (
     Component,
     Count,
@@ -38,6 +39,8 @@ from compare.scene_parts import (
     Vector,
     exactly,
 )
+from compare.treads import PREFIX, Tread
+from compare.treads import grooves as tread_grooves
 
 SCHEMA = 1
 BUDGETS = ("quick", "standard", "full")
@@ -152,6 +155,12 @@ class Band(Part):
         return points[0][0], points[-1][0]
 
 
+Feature = Annotated[
+    Annotated[Band, Tag("band")] | Annotated[Outlined, Tag("outlined")],
+    Discriminator(lambda value: "outlined" if _has(value, "outline") else "band"),
+]
+
+
 class Initial(Part):
     """Rigid initial velocity (m/s) of the undeformed plate at t = 0: v = velocity + angular_velocity x r.
 
@@ -163,10 +172,11 @@ class Initial(Part):
 
 
 class PointProbe(Part):
-    """Displacement at one point (x, y, z) of the reference shape."""
+    """Displacement at one point (x, y, z) of the reference shape; volume_ratio: det F there too."""
 
     name: str
     at: Vector
+    volume_ratio: bool = False
 
 
 class PatchProbe(Part):
@@ -218,7 +228,8 @@ class AncfLevel(Part):
     fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
-    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
+    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain. On grid lines
+    that are walls of grooves it may take functions that fade out from them.
     volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
     "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
     bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;
@@ -322,7 +333,10 @@ class Sensitivity(Part):
 
 
 class Scene(Part):
-    """The whole question. See the module's docstring for coordinates and units."""
+    """The whole question. See the module's docstring for coordinates and units.
+
+    grooves: those stated, and after them those of the tread, whose names begin with "tread ".
+    """
 
     schema_version: Literal[1] = SCHEMA
     name: str
@@ -333,8 +347,9 @@ class Scene(Part):
     companions: tuple[str, ...] = ()
     surface: Surface
     thickness: Positive
-    grooves: tuple[Band, ...] = ()
-    protrusions: tuple[Band, ...] = ()
+    grooves: tuple[Feature, ...] = ()
+    protrusions: tuple[Feature, ...] = ()
+    tread: Tread | None = None
     material: Material
     supports: tuple[Support, ...] = ()
     loads: tuple[Load, ...] = ()
@@ -355,7 +370,18 @@ class Scene(Part):
 
     def physics(self) -> dict[str, Any]:
         """The scene as plain JSON values without what no solver reads: titles, ladders, published values."""
-        unread = {"title", "source", "assumed", "study", "companions", "ancf", "reference", "published", "sensitivity"}
+        unread = {
+            "title",
+            "tread",
+            "source",
+            "assumed",
+            "study",
+            "companions",
+            "ancf",
+            "reference",
+            "published",
+            "sensitivity",
+        }
         return self.model_dump(mode="json", exclude=unread)
 
     def override(self, changes: dict[str, Any], name: str | None = None) -> Scene:
@@ -366,6 +392,8 @@ class Scene(Part):
         """
         data = self.model_dump(mode="json", exclude_defaults=True)
         data = {**data, "name": name or self.name}
+        if self.tread is not None:
+            data["grooves"] = [band for band in data["grooves"] if not band["name"].startswith(PREFIX)]
         try:
             for key, value in changes.items():
                 _set(data, key, value)
@@ -410,8 +438,23 @@ def _validated(data: dict[str, Any], origin: str) -> Scene:
         scene = Scene.model_validate(data)
     except ValidationError as error:
         raise SceneError([f"{origin}: {problem}" for problem in describe(error, data)]) from error
+    if scene.tread is not None:
+        scene = _with_tread(scene, origin)
     _refuse(origin, problems(scene))
     return scene
+
+
+def _with_tread(scene: Scene, origin: str) -> Scene:
+    """The scene with the grooves of its tread behind its own; those that were written out with it are these."""
+    stated = tread_grooves(scene.tread, scene.surface.span)
+    whole = Scene.model_validate({**scene.model_dump(exclude={"grooves"}, exclude_unset=True), "grooves": stated})
+    own, written = [], []
+    for i, band in enumerate(scene.grooves):
+        (written if band.name.startswith(PREFIX) else own).append((i, band))
+    if written and tuple(band for _, band in written) != whole.grooves:
+        reason = "a tread's grooves have such names; state another"
+        _refuse(origin, (f"grooves.{i}.name = {band.name!r}: {reason}" for i, band in written))
+    return whole.model_copy(update={"grooves": (*(band for _, band in own), *whole.grooves)})
 
 
 def _refuse(origin: str, problems: Iterable[str]) -> None:

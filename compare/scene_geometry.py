@@ -10,7 +10,9 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from compare.scene import Band, Interval, NurbsPatch, Profile, Scene
+from compare.scene import Band, Feature, Interval, NurbsPatch, Outlined, Profile, Scene
+from compare.scene_outline import nurbs_points, within
+from compare.scene_outline_checks import depths, own_problems, pair_problems
 from compare.scene_revolved import edge_of_ring, revolved_problems
 
 SAMPLES = 513  # of each knot span of a profile
@@ -25,7 +27,7 @@ def surface_problems(scene: Scene) -> Iterator[str]:
     patch = scene.surface
     if patch.kind == "revolved":
         section = patch.section
-        yield from _knot_problems("surface.section.knots", section.knots, section.degree, len(section.control_points))
+        yield from knot_problems("surface.section.knots", section.knots, section.degree, len(section.control_points))
         yield from revolved_problems(patch)
     if patch.kind != "nurbs":
         return
@@ -34,7 +36,7 @@ def surface_problems(scene: Scene) -> Iterator[str]:
         yield f"surface.control_points = rows of {rows} points: each row needs the same number of points"
         return
     for axis, count in enumerate((len(rows), rows[0])):
-        yield from _knot_problems(f"surface.knots.{axis}", patch.knots[axis], patch.degree[axis], count)
+        yield from knot_problems(f"surface.knots.{axis}", patch.knots[axis], patch.degree[axis], count)
     yield from _net_problems(patch, len(rows), rows[0])
 
 
@@ -44,7 +46,7 @@ def _net_problems(patch: NurbsPatch, n: int, m: int) -> Iterator[str]:
         yield f"surface.weights = rows of {shape} weights: the net of control points is {n} x {m}"
 
 
-def _knot_problems(key: str, knots: Sequence[float], degree: int, count: int) -> Iterator[str]:
+def knot_problems(key: str, knots: Sequence[float], degree: int, count: int) -> Iterator[str]:
     """Problems of one knot vector of `count` control points."""
     shown = f"{key} = {list(knots)}"
     if count <= degree:
@@ -105,8 +107,8 @@ def _edge_of(patch: NurbsPatch, edge: str) -> tuple[np.ndarray, np.ndarray, np.n
     return S, second[:, :3] - second[:, 3:] * S, slope[:, :3] - slope[:, 3:] * S
 
 
-def all_bands(scene: Scene) -> list[tuple[str, Band]]:
-    """Key and band of every groove and protrusion."""
+def all_bands(scene: Scene) -> list[tuple[str, Feature]]:
+    """Key and statement of every groove and protrusion."""
     kinds = ("grooves", "protrusions")
     return [(f"{kind}.{i}", band) for kind in kinds for i, band in enumerate(getattr(scene, kind))]
 
@@ -123,7 +125,10 @@ def band_problems(scene: Scene) -> Iterator[str]:
         yield from _pair_problems(scene, key, band, other_key, other)
 
 
-def _own_problems(scene: Scene, key: str, band: Band) -> Iterator[str]:
+def _own_problems(scene: Scene, key: str, band: Feature) -> Iterator[str]:
+    if isinstance(band, Outlined):
+        yield from own_problems(scene, key, band)
+        return
     if band.profile is not None and (band.across is not None or band.depth is not None):
         yield f"{key}.profile: state either profile, or across and depth, not both"
         return
@@ -157,7 +162,7 @@ def _interval_problems(key: str, interval: Interval, scene: Scene, axis: int) ->
 
 def _profile_problems(key: str, profile: Profile) -> Iterator[str]:
     points = profile.control_points
-    yield from _knot_problems(f"{key}.knots", profile.knots, profile.degree, len(points))
+    yield from knot_problems(f"{key}.knots", profile.knots, profile.degree, len(points))
     if profile.weights is not None and len(profile.weights) != len(points):
         yield f"{key}.weights = {list(profile.weights)}: {len(points)} control points need as many weights"
     for i, (before, point) in enumerate(pairwise(points), start=1):
@@ -171,9 +176,12 @@ def _profile_problems(key: str, profile: Profile) -> Iterator[str]:
             yield f"{key}.control_points.{i} = {list(point)}: a depth must not be negative"
 
 
-def _pair_problems(scene: Scene, key: str, band: Band, other_key: str, other: Band) -> Iterator[str]:
+def _pair_problems(scene: Scene, key: str, band: Feature, other_key: str, other: Feature) -> Iterator[str]:
     """Problems of two bands that lie over each other."""
-    common = [_common(_limits(scene, band, axis), _limits(scene, other, axis)) for axis in (0, 1)]
+    if isinstance(band, Outlined) or isinstance(other, Outlined):
+        yield from pair_problems(scene, key, band, other_key, other)
+        return
+    common = [_common(limits(scene, band, axis), limits(scene, other, axis)) for axis in (0, 1)]
     spans = zip(common, scene.surface.span, strict=True)
     if any(high - low <= ROUND_OFF * (last - first) for (low, high), (first, last) in spans):
         return
@@ -219,9 +227,14 @@ def material_range(scene: Scene, x: float, y: float) -> Interval:
     return -half - faces["bottom"], half + faces["top"]
 
 
-def _depth_at(scene: Scene, band: Band, at: Interval) -> float:
+def _depth_at(scene: Scene, band: Feature, at: Interval) -> float:
+    if isinstance(band, Outlined):
+        first, last = np.array(scene.surface.span).T
+        hair = ROUND_OFF_PLANE * (last - first)  # an outline that reaches the plate's edge covers it too
+        x, y = np.clip(at, first + hair, last - hair)
+        return float(depths(band, x, y)) if within(band.outline.polygon, x, y) else 0.0
     for axis in (0, 1):
-        low, high = _limits(scene, band, axis)
+        low, high = limits(scene, band, axis)
         first, last = scene.surface.span[axis]
         open_low, open_high = low > first, high < last  # a band that leaves the plate covers the plate's edge too
         if at[axis] < low or at[axis] > high or (open_low and at[axis] == low) or (open_high and at[axis] == high):
@@ -234,11 +247,12 @@ def _depth_at(scene: Scene, band: Band, at: Interval) -> float:
     inset = ROUND_OFF * (high - low)  # a wall at the plate's edge is passed
     across = min(max(at[1 - AXES.index(band.along)], low + inset), high - inset)
     ends = band.profile.knots[0], band.profile.knots[-1]
-    u = brentq(lambda u: _profile_points(band.profile, u)[0] - across, *ends, xtol=1e-15)
-    return float(_profile_points(band.profile, u)[1])
+    u = brentq(lambda u: nurbs_points(band.profile, u)[0] - across, *ends, xtol=1e-15)
+    return float(nurbs_points(band.profile, u)[1])
 
 
-def _limits(scene: Scene, band: Band, axis: int) -> Interval:
+def limits(scene: Scene, band: Band, axis: int) -> Interval:
+    """Range of a band on an axis of the plate."""
     if axis != AXES.index(band.along):
         return band.edges
     return band.extent or scene.surface.span[axis]
@@ -248,21 +262,15 @@ def _common(first: Interval, second: Interval) -> Interval:
     return max(first[0], second[0]), min(first[1], second[1])
 
 
+def band_depths(band: Band, at: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Depth (m) of a band at points (x, y) that it covers, from samples of its section."""
+    return np.interp(at[1 - AXES.index(band.along)], *_section(band))
+
+
 def _section(band: Band) -> tuple[np.ndarray, np.ndarray]:
     """Coordinates across a band and the depth (m) there: samples that include every knot."""
     if band.profile is None:
         return np.array(band.edges), np.array([band.depth, band.depth])
     breaks = np.unique(band.profile.knots)
     u = np.concatenate([np.linspace(a, b, SAMPLES) for a, b in pairwise(breaks)])
-    return tuple(_profile_points(band.profile, u).T)
-
-
-def _profile_points(profile: Profile, u: float | np.ndarray) -> np.ndarray:
-    """Points (across, depth) of a profile at u (...): (..., 2), paper Eq. (3)."""
-    from scipy.interpolate import BSpline
-
-    points = np.array(profile.control_points)
-    weights = np.ones(len(points)) if profile.weights is None else np.array(profile.weights)
-    spline = BSpline(profile.knots, np.column_stack([points * weights[:, None], weights]), profile.degree)
-    values = spline(u)
-    return values[..., :2] / values[..., 2:]
+    return tuple(nurbs_points(band.profile, u).T)

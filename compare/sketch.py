@@ -6,8 +6,9 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from compare.scene import Band, PointProbe, Rectangle, Scene
+from compare.scene import Band, Outlined, PointProbe, Rectangle, Scene
 from compare.scene_parts import Interval, Load, Support
+from compare.treads import PREFIX
 
 SIDE = 300.0  # longest side of the plan, in the drawing's units
 MARGIN = 46.0
@@ -79,13 +80,22 @@ def _text(x: float, y: float, words: str, anchor: str = "middle") -> Markup:
 
 def _bands(scene: Scene, plan: _Plan) -> Iterator[Markup]:
     paint = 'fill="var(--ancf, #0072b2)" fill-opacity="0.22" stroke="var(--ancf, #0072b2)" stroke-dasharray="{}"'
+    if any(isinstance(band, Outlined) for band in (*scene.grooves, *scene.protrusions)):
+        yield Markup(f'<clipPath id="plate-{scene.name}">{plan.box(plan.x, plan.y, "")}</clipPath>')
     for band in (*scene.grooves, *scene.protrusions):
-        extent = band.extent or (plan.x if band.along == "x" else plan.y)
-        across = band.edges
-        box = (extent, across) if band.along == "x" else (across, extent)
-        yield plan.box(*box, paint.format("4 3" if band.face == "bottom" else "none"))
-        x, y = plan.place(sum(box[0]) / 2, sum(box[1]) / 2)
-        yield _text(x, y + 4, f"{band.name} ({band.face})")
+        stroke = paint.format("4 3" if band.face == "bottom" else "none")
+        if isinstance(band, Outlined):
+            polygon = [plan.place(x, y) for x, y in band.outline.polygon.tolist()]
+            path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in polygon) + "Z"
+            yield Markup(f'<path d="{path}" clip-path="url(#plate-{scene.name})" {stroke}/>')
+            x, y = plan.place(*(sum(band.limits(axis)) / 2 for axis in (0, 1)))
+        else:
+            extent = band.extent or (plan.x if band.along == "x" else plan.y)
+            box = (extent, band.edges) if band.along == "x" else (band.edges, extent)
+            yield plan.box(*box, stroke)
+            x, y = plan.place(*(sum(side) / 2 for side in box))
+        if not band.name.startswith(PREFIX):
+            yield _text(x, y + 4, f"{band.name} ({band.face})")
 
 
 OUTWARD = {"x0": (-9.0, 9.0), "x1": (9.0, 9.0), "y0": (9.0, 9.0), "y1": (9.0, -9.0)}
@@ -194,7 +204,7 @@ def _section(scene: Scene, plan: _Plan, scale: float) -> Iterator[Markup]:
     outline = {face: [(left, 0.0), (left + width, 0.0)] for face in ("top", "bottom")}
     for sign, bands in ((1.0, scene.grooves), (-1.0, scene.protrusions)):
         for band in bands:
-            if band.along == "x":
+            if not isinstance(band, Outlined) and band.along == "x":
                 outline[band.face] += [(left + scale * (a - plan.y[0]), sign * scale * d) for a, d in _profile(band)]
     upper = [(x, top + d) for x, d in sorted(outline["top"], key=lambda p: p[0])]
     lower = [(x, top + thick - d) for x, d in sorted(outline["bottom"], key=lambda p: p[0])]

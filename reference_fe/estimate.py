@@ -7,6 +7,7 @@ but a curved section needs up to 2.5 times as many where it is small against the
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from reference_fe.geometry import Plate
 from reference_fe.mesh import Spacing
@@ -26,11 +27,16 @@ def tetrahedra(plate: Plate, spacing: Spacing) -> int:
     for ratio, reach, across_x, across_y, _ in spacing.features:
         away = np.hypot(*(np.maximum(0, np.maximum(s[0] - p, p - s[1])) for p, s in ((x, across_x), (y, across_y))))
         size = np.minimum(size, spacing.size * (ratio + (1 - ratio) * np.minimum(away / reach, 1)))
+    for ratio, reach, points in spacing.edges:
+        away = cKDTree(points[:, :2]).query(np.stack([x, y], axis=-1))[0]
+        size = np.minimum(size, spacing.size * (ratio + (1 - ratio) * np.minimum(away / reach, 1)))
     area = plate.length * plate.width / x.size
     inside = np.sum(area / size**2 * np.maximum(PER_PRISM, PER_CUBE * plate.thickness / size))
     along = sum(
         max(np.ptp(sides[0]), np.ptp(sides[1])) / (ratio * spacing.size) for ratio, _, *sides in spacing.features
     )
+    for ratio, _, points in spacing.edges:
+        along += np.linalg.norm(np.diff(points, axis=0), axis=1).sum() / (ratio * spacing.size)
     return round(float(inside + PER_EDGE * along))
 
 

@@ -12,9 +12,11 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from types import ModuleType
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 Interval = tuple[float, float]
 
@@ -56,6 +58,74 @@ class Band:
         return float(self.section.points[:, 1].max()) if isinstance(self.section, Curve) else self.section
 
 
+def _between_creases(knots: np.ndarray, degree: int) -> list[tuple[slice, np.ndarray]]:
+    """Control points and flat knots of the parts of a B-spline between knots of full multiplicity."""
+    distinct, counts = np.unique(knots, return_counts=True)
+    found = []
+    for low, high in pairwise(distinct[counts >= degree]):
+        first = int(np.searchsorted(knots, low, side="right")) - degree - 1
+        last = int(np.searchsorted(knots, high)) - 1
+        inner = knots[(knots > low) & (knots < high)]
+        own = np.concatenate([[low] * (degree + 1), inner, [high] * (degree + 1)])
+        found.append((slice(first, last + 1), own))
+    return found
+
+
+@dataclass(frozen=True)
+class Floor:
+    """A depth over the box: a B-spline surface of a degree and flat knots in x and y (m), depths (n, m) in m."""
+
+    degree: tuple[int, int]
+    knots: tuple[np.ndarray, np.ndarray]
+    depths: np.ndarray
+
+    def pieces(self) -> list[Floor]:
+        """The parts between lines at which it has a crease: OCC wants them apart."""
+        along = [_between_creases(knots, p) for knots, p in zip(self.knots, self.degree, strict=True)]
+        return [Floor(self.degree, (u, v), self.depths[i, j]) for i, u in along[0] for j, v in along[1]]
+
+
+@dataclass(frozen=True)
+class Outlined:
+    """What a closed curve (x, y) bounds on one face: side -1 bottom or +1 top; a constant depth (m) or a Floor."""
+
+    side: int
+    outline: Curve
+    bottom: float | Floor
+
+    @property
+    def depth(self) -> float:
+        """Greatest depth (m), or a bound of it."""
+        return float(self.bottom.depths.max()) if isinstance(self.bottom, Floor) else self.bottom
+
+    @property
+    def is_straight(self) -> bool:
+        """Whether all its edges and its bottom are."""
+        return self.outline.degree == 1 and not isinstance(self.bottom, Floor)
+
+    @property
+    def section(self) -> float | Curve:
+        """What a Band has: a curve where anything is curved."""
+        return self.depth if self.is_straight else self.outline
+
+    def corners(self) -> np.ndarray:
+        """First control points (k, 2) of its pieces."""
+        return np.array([points[0] for points, _, _ in self.pieces()])
+
+    def pieces(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Control points, weights and flat knots of the parts between knots, where OCC integrates best."""
+        curve, p = self.outline, self.outline.degree
+        spline = BSpline(curve.knots, np.column_stack([curve.points * curve.weights[:, None], curve.weights]), p)
+        for knot in np.unique(curve.knots)[1:-1]:
+            if missing := p - np.count_nonzero(curve.knots == knot):
+                spline = spline.insert_knot(knot, missing)
+        points, weights = spline.c[:, :2] / spline.c[:, 2:], spline.c[:, 2]
+        return [(points[own], weights[own], knots) for own, knots in _between_creases(spline.t, p)]
+
+
+Feature = Band | Outlined
+
+
 @dataclass(frozen=True)
 class Plate:
     """The solid in box coordinates (m): 0 <= x <= length, 0 <= y <= width, |z| <= thickness / 2.
@@ -67,8 +137,8 @@ class Plate:
     length: float
     width: float
     thickness: float
-    grooves: tuple[Band, ...] = ()
-    protrusions: tuple[Band, ...] = ()
+    grooves: tuple[Feature, ...] = ()
+    protrusions: tuple[Feature, ...] = ()
     regions: tuple[tuple[Interval, Interval], ...] = ()
     lines: tuple[tuple[float, float], ...] = ()
     middles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
@@ -94,17 +164,38 @@ def session() -> Iterator[ModuleType]:
         gmsh.finalize()
 
 
+def moments(gmsh: ModuleType, plate: Plate) -> tuple[float, np.ndarray, np.ndarray]:
+    """Volume (m3), centroid (3,) and inertia about it (3, 3) in m5 of the solid in the box, by OCC.
+
+    Raises MeshError "geometry_failed" as `build` does.
+    """
+    occ = gmsh.model.occ
+    try:
+        body = _one_body(gmsh, plate)
+    except MeshError:
+        raise
+    except Exception as error:
+        raise MeshError("geometry_failed", f"OCC: {error}") from error
+    inertia = np.array(occ.getMatrixOfInertia(*body)).reshape(3, 3)
+    return occ.getMass(*body), np.array(occ.getCenterOfMass(*body)), inertia
+
+
+def _one_body(gmsh: ModuleType, plate: Plate) -> tuple[int, int]:
+    bodies = _solid(gmsh, plate)
+    if len(bodies) != 1:
+        raise MeshError("geometry_failed", f"the grooves leave {len(bodies)} separate bodies, not one")
+    return bodies[0]
+
+
 def build(gmsh: ModuleType, plate: Plate) -> float:
     """Build the plate in gmsh's current model; returns the exact volume (m3) of the solid in the box.
 
     Raises MeshError "geometry_failed" where OCC fails or the solid falls apart.
     """
     try:
-        bodies = _solid(gmsh, plate)
-        if len(bodies) != 1:
-            raise MeshError("geometry_failed", f"the grooves leave {len(bodies)} separate bodies, not one")
-        volume = gmsh.model.occ.getMass(*bodies[0])
-        bodies = _imprint(gmsh, plate, bodies)
+        body = _one_body(gmsh, plate)
+        volume = gmsh.model.occ.getMass(*body)
+        bodies = _imprint(gmsh, plate, [body])
         gmsh.model.occ.synchronize()
     except MeshError:
         raise
@@ -122,12 +213,65 @@ def _solid(gmsh: ModuleType, plate: Plate) -> list[tuple[int, int]]:
     half = plate.thickness / 2
     bodies = [(3, occ.addBox(0, 0, -half, plate.length, plate.width, plate.thickness))]
     if plate.protrusions:
-        tools = [_prism(gmsh, plate, band, outward=True) for band in plate.protrusions]
+        tools = [tool for feature in plate.protrusions for tool in _tools(gmsh, plate, feature, outward=True)]
         bodies, _ = occ.fuse(bodies, tools)
     if plate.grooves:
-        tools = [_prism(gmsh, plate, band, outward=False) for band in plate.grooves]
+        tools = [tool for feature in plate.grooves for tool in _tools(gmsh, plate, feature, outward=False)]
         bodies, _ = occ.cut(bodies, tools)
     return [body for body in bodies if body[0] == 3]
+
+
+def _tools(gmsh: ModuleType, plate: Plate, feature: Feature, outward: bool) -> list[tuple[int, int]]:
+    """What a groove removes or a protrusion adds, reaching across the plate's face so that no face of it lies there."""
+    if isinstance(feature, Band):
+        return [_prism(gmsh, plate, feature, outward)]
+    occ, root = gmsh.model.occ, plate.thickness / 4
+    face, into = feature.side * plate.thickness / 2, feature.side if outward else -feature.side
+    curved = isinstance(feature.bottom, Floor)
+    reach = feature.depth + (root if curved else 0.0)
+    loop = occ.addCurveLoop(_edges(gmsh, feature, face - into * root))
+    swept = occ.extrude([(2, occ.addPlaneSurface([loop]))], 0, 0, into * (root + reach))
+    tool = [part for part in swept if part[0] == 3]
+    if curved:
+        above = [_above(gmsh, piece, face, into, reach + 2 * root) for piece in feature.bottom.pieces()]
+        tool = occ.intersect(tool, above)[0]
+    if outward:
+        box = occ.addBox(0, 0, -plate.thickness - reach, plate.length, plate.width, 2 * (plate.thickness + reach))
+        tool = occ.intersect(tool, [(3, box)])[0]
+    return [part for part in tool if part[0] == 3]
+
+
+def _edges(gmsh: ModuleType, feature: Outlined, z: float) -> list[int]:
+    """The outline as curves at a height, one for each of its parts without a corner inside."""
+    occ, found = gmsh.model.occ, []
+    corners = [occ.addPoint(*corner, z) for corner in feature.corners()]
+    corners.append(corners[0] if len(corners) > 1 else occ.addPoint(*feature.corners()[0], z))
+    for k, (points, weights, knots) in enumerate(feature.pieces()):
+        ends = corners[k : k + 2]
+        if feature.outline.degree == 1:
+            found.append(occ.addLine(*ends))
+        else:
+            tags = [ends[0], *(occ.addPoint(*p, z) for p in points[1:-1]), ends[1]]
+            found.append(_bspline(occ, tags, feature.outline.degree, weights, knots))
+    return found
+
+
+def _bspline(occ, tags: list[int], degree: int, weights: np.ndarray, knots: np.ndarray) -> int:
+    return occ.addBSpline(tags, -1, degree, weights, *np.unique(knots, return_counts=True))
+
+
+def _above(gmsh: ModuleType, floor: Floor, face: float, into: float, height: float) -> tuple[int, int]:
+    """All on the plate's side of a floor, `height` high; with Greville abscissae x and y are its parameters."""
+    occ = gmsh.model.occ
+    x, y = (
+        np.array([knots[i + 1 : i + p + 1].mean() for i in range(len(knots) - p - 1)])
+        for knots, p in zip(floor.knots, floor.degree, strict=True)
+    )
+    z = face + into * floor.depths
+    tags = [occ.addPoint(x[i], y[j], z[i, j]) for j in range(len(y)) for i in range(len(x))]
+    (u, u_count), (v, v_count) = (np.unique(knots, return_counts=True) for knots in floor.knots)
+    surface = occ.addBSplineSurface(tags, len(x), -1, *floor.degree, [], u, v, u_count, v_count)
+    return next(part for part in occ.extrude([(2, surface)], 0, 0, -into * height) if part[0] == 3)
 
 
 def _prism(gmsh: ModuleType, plate: Plate, band: Band, outward: bool) -> tuple[int, int]:

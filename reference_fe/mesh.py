@@ -66,10 +66,12 @@ class Solid:
 class Spacing:
     """Edge length (m): `size` far away, `ratio` x size inside a feature's box, linear over `reach` (m) between.
 
-    features: (ratio, reach, (x0, x1), (y0, y1), (z0, z1)) each.
+    features: (ratio, reach, (x0, x1), (y0, y1), (z0, z1)) each. edges: (ratio, reach, points (k, 3)) each, points
+    along a curved or slanted edge no farther from each other than a quarter of the reach.
     """
 
     size: float
+    edges: tuple[tuple[float, float, np.ndarray], ...] = ()
     features: tuple[tuple[float, float, tuple[float, float], tuple[float, float], tuple[float, float]], ...] = ()
 
 
@@ -110,22 +112,11 @@ def store(solid: Solid, path: Path) -> None:
 
 def _tetrahedralise(gmsh: ModuleType, spacing: Spacing) -> tuple[np.ndarray, np.ndarray]:
     """Points (n, 3) and second-order tetrahedra (m, 10) of the current model, in gmsh's node order."""
-    option, field = gmsh.option.setNumber, gmsh.model.mesh.field
+    option = gmsh.option.setNumber
     for name in ("MeshSizeExtendFromBoundary", "MeshSizeFromPoints"):
         option(f"Mesh.{name}", 0)
     option("Mesh.MeshSizeMax", spacing.size)
-    boxes = []
-    for ratio, reach, *sides in spacing.features:
-        boxes.append(field.add("Box"))
-        numbers = {"VIn": ratio * spacing.size, "VOut": spacing.size, "Thickness": reach}
-        for axis, side in zip("XYZ", sides, strict=True):
-            numbers |= {f"{axis}Min": side[0], f"{axis}Max": side[1]}
-        for name, value in numbers.items():
-            field.setNumber(boxes[-1], name, value)
-    if boxes:
-        least = field.add("Min")
-        field.setNumbers(least, "FieldsList", boxes)
-        field.setAsBackgroundMesh(least)
+    _grade(gmsh, spacing)
     try:
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
@@ -140,6 +131,33 @@ def _tetrahedralise(gmsh: ModuleType, spacing: Spacing) -> tuple[np.ndarray, np.
         raise MeshError("mesh_failed", "gmsh made no tetrahedra")
     used, tetrahedra = np.unique(index[nodes], return_inverse=True)
     return coordinates.reshape(-1, 3)[used], tetrahedra.reshape(-1, 10)
+
+
+def _grade(gmsh: ModuleType, spacing: Spacing) -> None:
+    """Set the edge length wished for everywhere."""
+    field = gmsh.model.mesh.field
+    wishes = []
+    for ratio, reach, *sides in spacing.features:
+        wishes.append(field.add("Box"))
+        numbers = {"VIn": ratio * spacing.size, "VOut": spacing.size, "Thickness": reach}
+        for axis, side in zip("XYZ", sides, strict=True):
+            numbers |= {f"{axis}Min": side[0], f"{axis}Max": side[1]}
+        for name, value in numbers.items():
+            field.setNumber(wishes[-1], name, value)
+    for ratio, reach, points in spacing.edges:
+        tags = [gmsh.model.occ.addPoint(*point) for point in points]
+        gmsh.model.occ.synchronize()
+        distance = field.add("Distance")
+        field.setNumbers(distance, "PointsList", tags)
+        wishes.append(field.add("Threshold"))
+        numbers = {"InField": distance, "SizeMin": ratio * spacing.size, "SizeMax": spacing.size}
+        numbers |= {"DistMin": reach / 8, "DistMax": reach * 9 / 8}
+        for name, value in numbers.items():
+            field.setNumber(wishes[-1], name, value)
+    if wishes:
+        least = field.add("Min")
+        field.setNumbers(least, "FieldsList", wishes)
+        field.setAsBackgroundMesh(least)
 
 
 def _straighten(gmsh: ModuleType) -> None:

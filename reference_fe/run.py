@@ -29,14 +29,15 @@ from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import BSpline
 
 from compare.result import OK, Contact, Outline, Result, Shots
-from compare.scene import Band as SceneBand
+from compare.scene import Feature as SceneFeature
 from compare.scene import Profile, ReferenceLevel, Scene, Section
 from reference_fe import dynamics, statics
 from reference_fe.elasticity import Lame, lame, pattern, scalar_mass, tabulate
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
-from reference_fe.geometry import Band, Curve, Interval, MeshError, Plate
+from reference_fe.geometry import Band, Curve, Feature, Floor, Interval, MeshError, Outlined, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
 from reference_fe.mesh import Solid, Spacing, make, store
 from reference_fe.modes import ModesFailure, vibration
@@ -44,7 +45,7 @@ from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
 from reference_fe.pressure import FollowerPressure, follower_pressure
-from reference_fe.probes import point_weights
+from reference_fe.probes import point_slopes, point_weights
 from reference_fe.rubber import MooneyRivlin, mooney_rivlin
 from reference_fe.supports import held
 from reference_fe.surface import Frame, Revolved, Surface, lengths
@@ -52,6 +53,7 @@ from reference_fe.system import System, assemble
 from reference_fe.words import has_gravity, words
 
 Progress = Callable[[float], None]
+EDGE_SAMPLES = 33
 RATIO = 0.5  # edge length at sides and grooves over that elsewhere
 RULE_DEGREE = 4  # 11 points: the least rule that integrates force and tangent exactly on straight tetrahedra
 
@@ -105,6 +107,8 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         newton_iterations=model.memory.iterations,
         outline=_outline(model.solid, history.last, shots=history.shots),
     )
+    if model.slopes:
+        found["volume_ratio"] = np.array(history.volume_ratio).reshape(-1, len(model.slopes))
     if history.contact is not None:
         found["contact"] = Contact(**history.contact.arrays(model.frame))
     return found, history.facts
@@ -140,13 +144,17 @@ def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Prog
 
 @dataclass(frozen=True)
 class Model:
-    """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3)."""
+    """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3).
+
+    slopes: derivatives (3, n) by X, Y, Z of the functions at the points whose det F is asked for.
+    """
 
     frame: Frame
     solid: Solid
     system: System
     memory: Memory
     probes: list[np.ndarray]
+    slopes: list[np.ndarray]
     velocity: np.ndarray
     mass: float | None
 
@@ -165,6 +173,7 @@ class History:
     message: str = ""
     steps: int = 0
     shots: Shots = field(default_factory=Shots)
+    volume_ratio: list[list[float]] = field(default_factory=list)
 
 
 def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
@@ -178,6 +187,8 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
     moments, pressures = (tuple(load for load in acting if isinstance(load, k)) for k in (Moment, FollowerPressure))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
+    asked = [probe.at for probe in scene.probes if getattr(probe, "volume_ratio", False)]
+    slopes = [point_slopes(solid, (*frame.place(at[:2]), at[2])) for at in asked]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
     system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments, pressures)
@@ -186,7 +197,8 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
 
         system = replace(system, contact=contact_of(scene.obstacles, solid, where))
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
-    return Model(frame, solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+    total = None if mass is None else float(mass.sum())
+    return Model(frame, solid, system, system.memory(), probes, slopes, velocity, total)
 
 
 def _material(scene: Scene) -> Lame | MooneyRivlin:
@@ -277,6 +289,8 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
     for kind, values in history.energies.items():
         values.append(getattr(state, kind, 0.0))
+    if model.slopes:
+        history.volume_ratio.append([float(np.linalg.det(np.eye(3) + slope @ full)) for slope in model.slopes])
     if history.contact is not None:
         velocity = getattr(state, "v", np.zeros_like(state.u))
         history.contact.add(state.touch, full, model.system.expand(velocity))
@@ -358,8 +372,10 @@ def _middle(scene: Scene, frame: Frame, support) -> tuple[tuple[float, float], t
     return tuple(tuple(sides.get(axis, spans[axis][end]) for axis in (0, 1)) for end in (0, 1))
 
 
-def _band(scene: Scene, frame: Frame, band: SceneBand) -> Band:
+def _band(scene: Scene, frame: Frame, band: SceneFeature) -> Feature:
     """A groove or protrusion in the box."""
+    if hasattr(band, "outline"):
+        return _outlined(frame, band)
     axis = "xy".index(band.along)
     section = band.depth
     if band.profile is not None:
@@ -374,6 +390,19 @@ def _band(scene: Scene, frame: Frame, band: SceneBand) -> Band:
     )
 
 
+def _outlined(frame: Frame, shape: SceneFeature) -> Outlined:
+    """What has an outline, in the box."""
+    loop, surface = shape.outline, shape.depth_surface
+    points = np.column_stack([frame.interval(k, np.array(loop.control_points)[:, k]) for k in (0, 1)])
+    weights = np.ones(len(points)) if loop.weights is None else np.array(loop.weights)
+    outline = Curve(loop.degree, points, weights, np.array(loop.knots))
+    bottom = shape.depth
+    if surface is not None:
+        knots = tuple(np.array(frame.interval(k, np.array(surface.knots[k]))) for k in (0, 1))
+        bottom = Floor(surface.degree, knots, np.array(surface.depths))
+    return Outlined(-1 if shape.face == "bottom" else 1, outline, bottom)
+
+
 def spacing_of(plate: Plate, size: float) -> Spacing:
     """Grading toward the plate's sides, grooves and loads by fixed ratios, so that all edges scale with `size`.
 
@@ -386,9 +415,32 @@ def spacing_of(plate: Plate, size: float) -> Spacing:
     places = [(x, (0.0, 0.0), z), (x, y[1:] * 2, z)]
     if not plate.closed:
         places += [((0.0, 0.0), y, z), (x[1:] * 2, y, z)]
-    for band in plate.grooves + plate.protrusions:
-        places += _feet(band, half, cut=band in plate.grooves)
-    return Spacing(size, tuple((RATIO, reach, *place) for place in places))
+    edges = []
+    for band, cut in [(b, True) for b in plate.grooves] + [(b, False) for b in plate.protrusions]:
+        if isinstance(band, Outlined):
+            points = _edge_points(plate, band, half - band.depth if cut else half, reach / 4)
+            edges += [(RATIO, reach, points)] if len(points) else []
+        else:
+            places += _feet(band, half, cut)
+    return Spacing(size, edges=tuple(edges), features=tuple((RATIO, reach, *place) for place in places))
+
+
+def _edge_points(plate: Plate, shape: Outlined, height: float, apart: float) -> np.ndarray:
+    """Points (k, 3) along an outline's re-entrant edge on the plate, at most `apart` from each other."""
+    points = np.vstack([_along(*piece, shape.outline.degree) for piece in shape.pieces()])
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    place = np.concatenate([[0.0], np.cumsum(steps)])
+    at = np.linspace(0.0, place[-1], int(np.ceil(place[-1] / apart)) + 1)
+    xy = np.column_stack([np.interp(at, place, points[:, k]) for k in (0, 1)])
+    xy = xy[np.all((xy >= 0) & (xy <= (plate.length, plate.width)), axis=1)]
+    return np.column_stack([xy, np.full(len(xy), shape.side * height)])
+
+
+def _along(points: np.ndarray, weights: np.ndarray, knots: np.ndarray, degree: int) -> np.ndarray:
+    """Points (k, 2) of a NURBS curve without corners."""
+    spline = BSpline(knots, np.column_stack([points * weights[:, None], weights]), degree)
+    values = spline(np.linspace(knots[0], knots[-1], 2 if degree == 1 else EDGE_SAMPLES))
+    return values[:, :2] / values[:, 2:]
 
 
 def _feet(band: Band, half: float, cut: bool) -> list[tuple[Interval, Interval, Interval]]:

@@ -11,11 +11,12 @@ from rich.console import Console
 from compare import gate, result
 from compare.difference import DifferenceRefused, between
 from compare.explain import statement
+from compare.formats import as_terminal
 from compare.progress import line
 from compare.result import Outline, Result, ResultError
 from compare.scene import SceneError, load, parse
 from compare.study import Entry, level_name
-from compare.table import KEYS, answer, as_terminal, in_ladders, judgements, quantity, rows, unit
+from compare.table import KEYS, answer, in_ladders, judgements, quantity, rows, unit
 from reports import scene as page
 from reports import sections
 from reports.ladders import convergence, ladders, limit_errors
@@ -178,7 +179,9 @@ def test_the_page_shows_every_frequency_and_draws_every_mode(tmp_path, monkeypat
     text, content = path.read_text(encoding="utf-8"), json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
     for row in content["rows"]:
         assert f'<data value="{json.dumps(row["value"])}">' in text
-    assert text.count('<svg xmlns="http://www.w3.org/2000/svg"') == 1 + 3 * 2  # the sketch; value, error, work per mode
+    assert (
+        text.count('<svg xmlns="http://www.w3.org/2000/svg"') == 2 + 3 * 2
+    )  # sketch, parts of the distance; value, error, work per mode
     assert {f"{SCENE.name}_mode_{mode}_ancf_reference_percent" for mode in (1, 2)} <= set(content["figures"])
     assert {entry["unit"] for name, entry in content["figures"].items() if name.endswith("frequency")} == {"Hz"}
     assert "frequency of mode 2 (Hz)" in text and "height of" not in text and "z = 0" not in text

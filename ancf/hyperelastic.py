@@ -178,6 +178,11 @@ class HyperelasticElements:
                     self._tangent(Q, portion, more, upper[own], lower[own])
             yield packed
 
+    def volume_ratios(self, Q: np.ndarray) -> np.ndarray:
+        """J (q,) at the points of a single element with nodal vectors Q (i, 3)."""
+        (portion,) = self._portions
+        return self._state(portion, self._gradient(Q[None], portion)).J
+
     def _gradient(self, Q: np.ndarray, portion: Portion) -> np.ndarray:
         """Deformation gradient F_ap (3, 3, points)."""
         F = np.empty((3, 3, len(portion.volume)))

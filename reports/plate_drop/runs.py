@@ -14,10 +14,11 @@ from reports.plate_drop.scenes import BOTTOM, DEPTH, FALL, GROOVE, WEIGHT, drop,
 
 REPEATS, COSTED = 3, 60  # runs of which the cheapest counts, and their time steps
 COARSE = 5e-3  # s
+PACKAGES = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 
 
 def _solved(scene, level, solver: str) -> Result:
-    return importlib.import_module(f"{solver}.run").solve(scene, level)
+    return importlib.import_module(PACKAGES[solver]).solve(scene, level)
 
 
 def residual(result: Result, energy: float) -> float:

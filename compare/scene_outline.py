@@ -31,17 +31,14 @@ class Loop(Part):
         return _polygon(self)
 
 
-@lru_cache(maxsize=4096)
+@lru_cache(maxsize=1024)
 def _polygon(loop: Loop) -> np.ndarray:
-    """The points of a loop, computed once; kept outside of it, because two loops are equal by what they state."""
+    """See `Loop.polygon`; kept beside the loop, whose equality pydantic reads from all that it holds."""
     if loop.degree == 1:
-        found = np.array(loop.control_points)[:-1]
-    else:
-        breaks = np.unique(loop.knots)
-        steps = np.linspace(0, 1, SAMPLES, endpoint=False)
-        found = nurbs_points(loop, (breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel())
-    found.flags.writeable = False
-    return found
+        return np.array(loop.control_points)[:-1]
+    breaks = np.unique(loop.knots)
+    steps = np.linspace(0, 1, SAMPLES, endpoint=False)
+    return nurbs_points(loop, (breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel())
 
 
 class DepthSurface(Part):

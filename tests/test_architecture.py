@@ -43,6 +43,7 @@ ANCF_ORDER = (
     "pressure",
     "obstacle",
     "face",
+    "contact_law",
     "contact",
     "system",
     "linear_solver",

@@ -37,7 +37,9 @@ FALLS = (
     Column("apart", "path apart", ".3f", "% of the fall", "greatest difference up to the first rebound's top"),
     Column("sunk", "at rest", ".6f", "m"),
     Column("difference", "greatest difference", ".3f", "%"),
-    Column("floor_pressed", "groove's floor at 1 s", ".3g", "N or Pa", "greatest contact force by point, or pressure"),
+    Column(
+        "floor_pressed", "groove's floor at the end", ".3g", "N or Pa", "greatest contact force by point, or pressure"
+    ),
     Column("energy_residual", "energy drift", ".2e", "%"),
     Column("cpu_seconds", "CPU", ".2f", "s"),
     Column("cpu_per_step_ms", "CPU per step", ".2f", "ms"),
@@ -150,7 +152,7 @@ def _energy(found: dict[str, list[Outcome]]) -> Figure:
     worst = _worst(kept, "energy_residual")
     return at_most(
         "energy_residual_percent",
-        "Drift of the energy over 1 s",
+        "Drift of the energy",
         worst,
         "%",
         0.5,

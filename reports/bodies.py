@@ -95,4 +95,4 @@ def _fields(entry: Entry) -> dict[str, np.ndarray]:
     spacing = cKDTree(contact.points).query(contact.points, k=min(2, len(contact.points)))[0].max()
     pressed = np.where(distance <= max(spacing, 1e-9), np.maximum(contact.pressure[nearest], 0.0), 0.0)
     single = bool((contact.share == 1).all())
-    return {"contact force (N)" if single else "contact pressure (Pa)": pressed}
+    return {"contact force at the end (N)" if single else "contact pressure at the end (Pa)": pressed}

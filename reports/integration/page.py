@@ -73,7 +73,7 @@ READING = [
     "Points are counted in the element's plane. A rule over a cut element is thinned to the fewest points that keep "
     "its degree over each part of one depth, so it does not grow with the number of grooves.",
     "Time is that of rule and matrices together, the CPU time of one element; it is spent once, before the first step.",
-    "Half round and elliptic pocket are rational: no rule is exact, and the error falls exponentially.",
+    "The section of the half round is rational: no rule is exact for it, and its error falls exponentially.",
 ]
 
 

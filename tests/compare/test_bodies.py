@@ -44,7 +44,7 @@ def test_contact_is_drawn_where_it_presses():
     entry = next(e for e in synthetic_study.entries("quick") if e.scene.name == "cantilever" and e.solver == "ancf")
     points = np.array([[x, 0.0, -0.025] for x in np.linspace(0, 1, 9)])
     contact = Contact(np.zeros((1, 1, 3)), np.zeros((1, 1)), points, np.full(9, 0.01), np.array([5.0, *8 * [-1.0]]))
-    pressed = _fields(replace(entry, result=replace(entry.result, contact=contact)))["contact pressure (Pa)"]
+    pressed = _fields(replace(entry, result=replace(entry.result, contact=contact)))["contact pressure at the end (Pa)"]
     outline = entry.result.outline
     assert pressed.max() == 5.0 and pressed.min() == 0.0
     assert (np.linalg.norm(outline.points[pressed > 0] - points[0], axis=1) <= 0.125 + 1e-9).all()

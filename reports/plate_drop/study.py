@@ -31,7 +31,7 @@ ENRICHED = {
     "standard": ({"mesh": [2, 2]}, {"mesh": [4, 4]}, {"mesh": [2, 1], "fit": [0.8]}, {"mesh": [2, 8]}),
     "full": ({"mesh": [2, 2]}, {"mesh": [4, 4]}, {"mesh": [2, 1], "fit": [0.8]}, {"mesh": [2, 8]}, {"mesh": [8, 8]}),
 }
-SOLID = {"quick": (0.2,), "standard": (0.2, 0.1), "full": (0.2, 0.1, 0.07)}
+SOLID = {"quick": (0.1,), "standard": (0.2, 0.1), "full": (0.2, 0.1, 0.07)}
 STIFFNESSES = (1e-2, 1.0, 1e2, 1e4)
 STEPS = {"quick": (1e-2, 1e-3), "standard": (1e-2, 1e-3, 1e-4), "full": (1e-2, 1e-3, 1e-4, 1e-5)}
 HARD = "plate_drop.hard"

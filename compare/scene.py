@@ -172,10 +172,11 @@ class Initial(Part):
 
 
 class PointProbe(Part):
-    """Displacement at one point (x, y, z) of the reference shape."""
+    """Displacement at one point (x, y, z) of the reference shape; volume_ratio: det F there too."""
 
     name: str
     at: Vector
+    volume_ratio: bool = False
 
 
 class PatchProbe(Part):

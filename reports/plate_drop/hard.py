@@ -42,7 +42,7 @@ def _told(result, energy: float, **values: Any) -> dict[str, Any]:
 def landing(stiffness: float, step: float, integrator: str = "energy-momentum") -> dict[str, Any]:
     """Flat on the ground at 1 m/s, every point at once, no weight, for 0.2 s (0.05 s in steps below 0.1 ms)."""
     until = 0.2 if step >= 1e-4 else 0.05
-    result = _moved(step, until, integrator, 20, stiffness=stiffness, initial=DOWN, loads=[])
+    result = _moved(step, until, integrator, round(until / step), stiffness=stiffness, initial=DOWN, loads=[])
     return _told(result, result.facts["mass"] * SPEED**2 / 2, peak_force=float(result.contact.force[..., 2].max()))
 
 

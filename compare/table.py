@@ -118,7 +118,7 @@ def _row(entry: Entry, entries: list[Entry], found: Convergence) -> Row:
         "mode": entry.mode,
         "mesh": level_name(entry.level),
         "level": _index(entry),
-        "unknowns": result and result.unknowns,
+        "unknowns": (result and result.unknowns) or None,  # a file of another code may not say
         "h": result and result.h,
         "value": value,
         "paper": paper and paper.value,

@@ -58,6 +58,9 @@ integration: setup ## rules over grooves of any outline and over treads, reports
 plate-drop: setup ## the grooved plate on the ground, reports/build/plate_drop.html; BUDGET=quick|standard|full
 	$(BIN)/python -m reports.plate_drop --budget $(BUDGET)
 
+tire: setup ## the tire with four grooves on the ground, reports/build/tire.html; BUDGET=quick|standard|full
+	$(BIN)/python -m reports.tire --budget $(BUDGET)
+
 check: setup ## compare quick runs of the cantilever and of the hard cases with the accepted tables
 	$(BIN)/groovecheck check cantilever
 	$(BIN)/python -m reports.hard_cases --budget quick --check

@@ -37,7 +37,7 @@ DIRECTOR = ("r_z", "d_e")
 KIND = "d_l"
 LEAST = 1e-6  # of the thickness: a layer thinner than this is none
 ON_LINE = 0.01  # of the thickness: a wall this near to a grid line stands on it
-WIDE = 2.0  # times 1 / decay: in a narrower element e is nearly linear
+WIDE = 3.0  # times 1 / decay: in a narrower element e and N are so alike that the indicator takes both for one gain
 
 
 class Through(NamedTuple):

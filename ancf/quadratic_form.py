@@ -83,21 +83,14 @@ def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) ->
 
     A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV).
     """
-    root = np.sqrt(parts.volume)[:, None]
-    G = np.ascontiguousarray(parts.G.transpose(2, 0, 1))
-    first, second = G[..., pair.first] * root, G[..., pair.second]
-    E = np.empty((6, *second.shape[1:]))
-    for own, (p, r) in zip(E, VOIGT, strict=True):
-        np.multiply(first[p], second[r], out=own)
-        if p != r:
-            own += first[r] * second[p]
-            own /= 2
+    first, second = parts.G[:, pair.first], parts.G[:, pair.second]
+    E = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=1)
     C = material.tangent(np.zeros((3, 3)))
     both = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
     C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]) * both * both[:, None]
-    L_t = np.linalg.cholesky(C_voigt).T
-    M = np.stack([parts.M[:, p, r] for p, r in VOIGT]) * root
-    X, LM = ((L_t @ strains.reshape(6, -1)).reshape(6 * len(root), -1) for strains in (E, M))
+    L_t = np.linalg.cholesky(C_voigt).T * np.sqrt(parts.volume)[:, None, None]
+    X = (L_t @ E).reshape(6 * len(E), -1)
+    LM = (L_t @ np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)).reshape(len(X), -1)
     A = X.T @ X
     if LM.shape[1]:
         Y = np.linalg.solve(np.linalg.cholesky(LM.T @ LM), LM.T @ X)

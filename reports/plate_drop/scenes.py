@@ -38,7 +38,8 @@ def drop(
     plane = {"shape": {"kind": "plane", "point": [0.0, 0.0, BOTTOM - height]}}
     own_ground = told["obstacles"][0] | plane | (ground or {})
     own_ground["stiffness"] *= stiffness
-    told["probes"][0]["at"][2] = BOTTOM + depth
+    centre = next(probe for probe in told["probes"] if probe["name"] == "C")
+    centre["at"][2] = BOTTOM + depth
     told["obstacles"] = [own_ground]
     ladders = {name: told.pop(name, {}) for name in ("ancf", "reference")}
     own = {key: value for key, value in ladders[solver].items() if key != "levels"}

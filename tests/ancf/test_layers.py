@@ -160,7 +160,7 @@ def test_beside_a_wall_a_layer_fades_out(axis, edges):
 
 
 def test_a_narrow_rib_has_no_layers_that_fade_out():
-    """Between walls nearer than two decay lengths e is nearly the director's own function."""
+    """Between walls nearer than three decay lengths e is nearly the director's own function."""
     bands = Band(BOTTOM, GROOVE, 0, (0.0, 0.29), 0.02), Band(BOTTOM, GROOVE, 0, (0.31, 0.6), 0.02)
     mesh = grid(np.array([0.0, 1.0]), np.array([0.0, 0.29, 0.31, 0.6]), None, FAMILY["enriched"])
     assert not any(vector.through.decay for vector in layer_vectors(mesh, bands, THICKNESS))

@@ -32,6 +32,7 @@ POINTS = 1024  # points that are computed together
 SHEAR = float(np.sqrt(5 / 6))
 EVEN = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 ODD = EVEN[3:]
+SYMMETRIC = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # places of C_pr in its six components
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,6 +134,12 @@ class HyperelasticElements:
                     part = slice(e.start - start, e.stop - start)
                     self._tangent(own, F, C, upper[part], lower[part])
             yield packed
+
+    def volume_ratios(self, Q: np.ndarray) -> np.ndarray:
+        """J (q,) at the points of a single element with nodal vectors Q (i, 3)."""
+        ((own, _),) = self._runs
+        _, C = self._strained(own, Q[None])
+        return np.sqrt(np.linalg.det(C[0][SYMMETRIC].transpose(2, 0, 1)))
 
     def _tangent(self, own: Form, F: np.ndarray, C: np.ndarray, upper: np.ndarray, lower: np.ndarray) -> None:
         """Fill the packed tangents (e, 6, m) and (e, 3, c) of elements of one form."""

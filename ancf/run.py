@@ -57,9 +57,10 @@ from ancf.path import Point, follow
 from ancf.pressure import FollowerPressure, follower_pressure
 from ancf.refine import band_edges, chosen, fitted
 from ancf.shape import FAMILY
-from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outlined
+from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outlined, element_rule
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
+from ancf.volume_ratio import VolumeRatio, volume_ratio
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
@@ -80,13 +81,14 @@ Progress = Callable[[float], None] | None
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A scene unpacked: geometry, body, system, probes as rows (p, v)."""
+    """A scene unpacked: geometry, body, system, probes as rows (p, v), and the points whose det F is asked for."""
 
     mesh: Mesh
     bands: tuple[Feature, ...]
     body: Body
     system: System
     probes: np.ndarray
+    ratios: tuple[VolumeRatio, ...]
 
 
 @dataclass
@@ -99,6 +101,7 @@ class History:
     strain: list[float] = field(default_factory=list)
     external: list[float] = field(default_factory=list)
     load_parameter: list[float] = field(default_factory=list)
+    volume_ratio: list[list[float]] = field(default_factory=list)
     touches: list[tuple[contact.Touch, ...]] = field(default_factory=list)
     steps: int = 0
     iterations: int = 0
@@ -156,6 +159,8 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         outline=_outline(scene, model, q, shots=history.shots),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
+    if model.ratios:
+        found["volume_ratio"] = np.array(history.volume_ratio).reshape(-1, len(model.ratios))
     if scene.obstacles:
         found["contact"] = _contact(model, history)
         for kind in ("stored", "dissipated"):
@@ -290,7 +295,7 @@ def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...
     acting = system(plate, held, dead, scene.thickness, *following)
     if scene.obstacles:
         acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
-    return Model(mesh, bands, plate, acting, np.array(probes))
+    return Model(mesh, bands, plate, acting, np.array(probes), tuple(_ratios(scene, level, mesh, bands, plate)))
 
 
 def _material(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
@@ -412,7 +417,8 @@ def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | Edge
 def _obstacles(scene: Scene, level: AncfLevel, mesh: Mesh, bands, acting: System) -> contact.Contact:
     """What each obstacle may touch; the code of contact is loaded only here."""
     from ancf import obstacle as rigid
-    from ancf.contact import Contact, Law, Pair
+    from ancf.contact import Contact, Pair
+    from ancf.contact_law import Law
     from ancf.face import face
 
     def body(shape):
@@ -441,6 +447,15 @@ def _probe(probe, mesh: Mesh, bands, thickness: float) -> np.ndarray:
     if hasattr(probe, "region"):
         return mean_over_region(mesh, bands, thickness, probe.region)
     return value_at(mesh, *probe.at)
+
+
+def _ratios(scene: Scene, level: AncfLevel, mesh: Mesh, bands, plate: Body) -> Iterator[VolumeRatio]:
+    """The points whose det F the scene asks for."""
+    for probe in scene.probes:
+        if getattr(probe, "volume_ratio", False):
+            e = mesh.locate(*probe.at[:2])
+            rule = element_rule(mesh.cells[e], bands, scene.thickness, level.points, level.integration, mesh.levels(e))
+            yield volume_ratio(mesh, plate.elements, probe.at, rule)
 
 
 def _output_times(scene: Scene) -> np.ndarray:
@@ -542,6 +557,8 @@ def _record(
 ) -> None:
     kinetic, strain = model.system.energies(q, v)
     history.times.append(t)
+    if model.ratios:
+        history.volume_ratio.append([ratio.at(q) for ratio in model.ratios])
     history.displacement.append(model.probes @ (q.reshape(-1, 3) - model.mesh.vectors))
     history.kinetic.append(kinetic)
     history.strain.append(strain)

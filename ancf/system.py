@@ -13,6 +13,7 @@ import scipy.sparse as sp
 from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
+from ancf.layer import wall_strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
@@ -212,7 +213,7 @@ def body(
     free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
-    divided = [*bands, *strips(mesh, thickness, free)]
+    divided = [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
 
     def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
         return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]

@@ -16,7 +16,7 @@ import numpy as np
 
 from compare.files import replacing
 
-SCHEMA = 3  # 2 added frequencies, 3 contact
+SCHEMA = 3  # 2 added frequencies, 3 contact and volume ratios
 READABLE = (1, 2, 3)
 OK = "ok"
 MOST = 8  # shots of a path
@@ -96,6 +96,7 @@ class Result:
     facts: further scalars worth a look, for example volume.
     load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
     the length of the path, in units of the linear response to a load parameter of 1.
+    volume_ratio (t, k): det F at the probes that ask for it, in their order.
     frequencies (k,): natural frequencies in Hz, ascending, where the scene asks for modes: there are then
     no times, and facts["rigid_modes"] counts the rigid motions of frequency 0 that are not among them.
     """
@@ -122,6 +123,7 @@ class Result:
     outline: Outline | None = None
     load_parameter: np.ndarray | None = None
     frequencies: np.ndarray | None = None
+    volume_ratio: np.ndarray | None = None
     contact: Contact | None = None
 
     def position(self, probe: str) -> np.ndarray:
@@ -147,7 +149,7 @@ def _meters(place: list[float]) -> str:
 
 
 ARRAYS = ("times", "probe_position", "displacement")
-OPTIONAL = ("frequencies", "load_parameter")
+OPTIONAL = ("frequencies", "load_parameter", "volume_ratio")
 PARTS = {
     "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index")),
     "contact": (Contact, ("force", "area", "points", "share", "pressure")),

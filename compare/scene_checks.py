@@ -11,6 +11,7 @@ from compare.scene_errors import SceneError
 from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
 from compare.scene_parts import History
 from compare.scene_revolved import seam_problems
+from compare.scene_symmetry import symmetry_problems
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
 ROUND_OFF = 1e-12  # of a length
@@ -36,7 +37,8 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from bands
         yield from seam_problems(scene)
         yield from _misplaced_loads(scene)
-        yield from _askew_symmetries(scene)
+        askew = list(_askew_symmetries(scene))
+        yield from askew or symmetry_problems(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
     checks = (_material, _elements, _supports, _obstacles)

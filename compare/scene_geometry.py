@@ -82,6 +82,15 @@ def off_plane(scene: Scene, edge: str, normal: str) -> str | None:
     return None
 
 
+def plane_of(scene: Scene, edge: str, normal: str) -> tuple[float, float]:
+    """Coordinate (m) along a normal of the plane in which the face of an edge lies, and the size of the body (m)."""
+    surface = scene.surface
+    if surface.kind == "rectangle":
+        return surface.span["xy".index(edge[0])][int(edge[1])], max(surface.length, surface.width)
+    S, *_ = edge_of_ring(surface, edge, SAMPLES) if surface.kind == "revolved" else _edge_of(surface, edge)
+    return float(S[:, "XYZ".index(normal)].mean()), float(np.abs(S).max())
+
+
 def _size(patch: NurbsPatch) -> float:
     """Largest extent (m) of the control points."""
     return float(np.ptp(np.array(patch.control_points).reshape(-1, 3), axis=0).max())

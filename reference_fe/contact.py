@@ -27,6 +27,7 @@ from skfem import ElementTetP2, FacetBasis
 from reference_fe import contact_kernel
 from reference_fe.contact_kernel import DRUM, PLANE, SPHERE
 from reference_fe.elasticity import Pattern
+from reference_fe.facets import facet_basis, in_space, places_on
 from reference_fe.geometry import MeshError
 from reference_fe.mesh import Solid
 
@@ -98,11 +99,11 @@ def face(solid: Solid, where: Pattern, side: int, law: str = "pressure", degree:
     facets = solid.box.boundary_facets()
     flat = FacetBasis(solid.box, ElementTetP2(), facets=facets, intorder=degree)
     upward = np.sum(flat.normals[2] * flat.dx, axis=1) / flat.dx.sum(axis=1)
-    facets = facets[side * upward > WALL]
+    facets = in_space(solid, facets[side * upward > WALL])
     if facets.size == 0:
         raise MeshError("face_missing", f"no facet of the mesh lies on the {'bottom' if side < 0 else 'top'} face")
-    basis = FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=degree)
-    box = FacetBasis(solid.box, ElementTetP2(), facets=facets, intorder=degree).global_coordinates()
+    basis = facet_basis(solid.mesh, facets, degree)
+    box = places_on(solid, basis)
     values = np.array([np.asarray(shape[0]) for shape in basis.basis]).transpose(1, 2, 0)  # (f, q, 10)
     local = np.argsort(-np.abs(values).max(axis=1), axis=1, kind="stable")[:, :6]  # the others vanish on the facet
     row = np.arange(facets.size)[:, None]

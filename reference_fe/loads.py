@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import Basis, ElementTetP2, FacetBasis, LinearForm
 
+from reference_fe.facets import facet_basis
 from reference_fe.geometry import Interval, MeshError
 from reference_fe.mesh import Solid
 
@@ -109,7 +110,7 @@ def _face(solid: Solid, axis: int, value: float) -> FacetBasis:
     facets = solid.mesh.boundary_facets()
     corners = solid.places[axis][solid.mesh.facets[:, facets]]
     facets = facets[(np.abs(corners - value) < 1e-7 * solid.extent).all(axis=0)]
-    return FacetBasis(solid.mesh, ElementTetP2(), facets=facets, intorder=6)
+    return facet_basis(solid.mesh, facets, 6)
 
 
 def region_share(solid: Solid, region: tuple[Interval, Interval]) -> np.ndarray:

@@ -45,7 +45,7 @@ from reference_fe.newton import Memory, NewtonFailure
 from reference_fe.outline import surface_triangles
 from reference_fe.pace import Pace, march
 from reference_fe.pressure import FollowerPressure, follower_pressure
-from reference_fe.probes import point_weights
+from reference_fe.probes import point_slopes, point_weights
 from reference_fe.rubber import MooneyRivlin, mooney_rivlin
 from reference_fe.supports import held
 from reference_fe.surface import Frame, Revolved, Surface, lengths
@@ -107,6 +107,8 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         newton_iterations=model.memory.iterations,
         outline=_outline(model.solid, history.last, shots=history.shots),
     )
+    if model.slopes:
+        found["volume_ratio"] = np.array(history.volume_ratio).reshape(-1, len(model.slopes))
     if history.contact is not None:
         found["contact"] = Contact(**history.contact.arrays(model.frame))
     return found, history.facts
@@ -142,13 +144,17 @@ def _vibrating(scene: Scene, level: ReferenceLevel, model: Model, progress: Prog
 
 @dataclass(frozen=True)
 class Model:
-    """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3)."""
+    """A scene on a mesh: the system, its factorisation memory, probe weights (n,) and initial velocity (f, 3).
+
+    slopes: derivatives (3, n) by X, Y, Z of the functions at the points whose det F is asked for.
+    """
 
     frame: Frame
     solid: Solid
     system: System
     memory: Memory
     probes: list[np.ndarray]
+    slopes: list[np.ndarray]
     velocity: np.ndarray
     mass: float | None
 
@@ -167,6 +173,7 @@ class History:
     message: str = ""
     steps: int = 0
     shots: Shots = field(default_factory=Shots)
+    volume_ratio: list[list[float]] = field(default_factory=list)
 
 
 def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
@@ -180,6 +187,8 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
     moments, pressures = (tuple(load for load in acting if isinstance(load, k)) for k in (Moment, FollowerPressure))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
+    asked = [probe.at for probe in scene.probes if getattr(probe, "volume_ratio", False)]
+    slopes = [point_slopes(solid, (*frame.place(at[:2]), at[2])) for at in asked]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
     system = assemble(table, _material(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments, pressures)
@@ -188,7 +197,8 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
 
         system = replace(system, contact=contact_of(scene.obstacles, solid, where))
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
-    return Model(frame, solid, system, system.memory(), probes, velocity, None if mass is None else float(mass.sum()))
+    total = None if mass is None else float(mass.sum())
+    return Model(frame, solid, system, system.memory(), probes, slopes, velocity, total)
 
 
 def _material(scene: Scene) -> Lame | MooneyRivlin:
@@ -279,6 +289,8 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
     for kind, values in history.energies.items():
         values.append(getattr(state, kind, 0.0))
+    if model.slopes:
+        history.volume_ratio.append([float(np.linalg.det(np.eye(3) + slope @ full)) for slope in model.slopes])
     if history.contact is not None:
         velocity = getattr(state, "v", np.zeros_like(state.u))
         history.contact.add(state.touch, full, model.system.expand(velocity))
@@ -410,7 +422,7 @@ def spacing_of(plate: Plate, size: float) -> Spacing:
             edges += [(RATIO, reach, points)] if len(points) else []
         else:
             places += _feet(band, half, cut)
-    return Spacing(size, edges=tuple(edges), features=tuple((RATIO, reach, *place) for place in places))
+    return Spacing(size, tuple((RATIO, reach, *place) for place in places), tuple(edges))
 
 
 def _edge_points(plate: Plate, shape: Outlined, height: float, apart: float) -> np.ndarray:

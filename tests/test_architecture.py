@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -26,9 +27,9 @@ ANCF_ORDER = (
     "feature",
     "subdomain",
     "mesh",
+    "free_edge",
     "layer",
     "material",
-    "free_edge",
     "enhanced",
     "element",
     "quadratic_form",
@@ -38,14 +39,16 @@ ANCF_ORDER = (
     "assembly",
     "supports",
     "functional",
+    "volume_ratio",
     "loads",
     "pressure",
     "obstacle",
     "face",
+    "contact_law",
     "contact",
     "system",
-    "refine",
     "linear_solver",
+    "refine",
     "newton",
     "path",
     "integrate",
@@ -239,3 +242,10 @@ def test_the_contract_loads_no_solver_and_no_picture():
 def test_reports_know_gmsh_only_through_the_solver():
     found = loaded_by("import " + ", ".join(members("reports")))
     assert not found & {"gmsh", "vtk", "vtkmodules", "numba"}
+
+
+def test_every_package_is_installed():
+    """An import that works in a checkout works from a wheel too."""
+    stated = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    found = {path.parent.relative_to(ROOT) for package in PACKAGES for path in (ROOT / package).rglob("__init__.py")}
+    assert set(stated) == {".".join(folder.parts) for folder in found}

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from compare.scene import SceneError
+from compare.scene import SceneError, load
 from compare.scene_geometry import off_plane
 from tests.revolved_scenes import TURN, arc, cylinder, scene_of
 
@@ -69,3 +69,49 @@ def test_a_full_turn_is_closed_and_less_is_not():
     assert scene_of(arc()).surface.closed
     assert scene_of(arc(), [1.0, 1.0 + 2 * math.pi]).surface.closed
     assert not scene_of(arc(), [0.0, 6.28]).surface.closed
+
+
+BROKEN = {
+    "gravity across": (
+        {"loads.0.acceleration": [1.0, 0.0, -9.81]},
+        "loads.0.acceleration = [1.0, 0.0, -9.81]: the symmetry at x0",
+    ),
+    "ground that leans": (
+        {"obstacles.0.shape.normal": [0.0, 0.1, 1.0]},
+        "obstacles.0.shape.normal = [0.0, 0.1, 1.0]: the symmetry at y0 mirrors Y, which makes another plane of it",
+    ),
+    "ball beside": (
+        {"obstacles.0.shape": {"kind": "sphere", "centre": [0.1, 0.0, -2.0], "radius": 0.5}},
+        "obstacles.0.shape.centre = [0.1, 0.0, -2.0]: the symmetry at x0 mirrors X, which makes two bodies of it",
+    ),
+    "drum across": (
+        {"obstacles.0.shape": {"kind": "drum", "point": [0.0, 0.0, -2.0], "axis": [1.0, 1.0, 0.0], "radius": 0.5}},
+        "obstacles.0.shape.axis = [1.0, 1.0, 0.0]: the symmetry at x0 mirrors X, which makes another drum of it",
+    ),
+    "spin": (
+        {"initial": {"angular_velocity": [0.0, 1.0, 0.0]}},
+        "initial.angular_velocity = [0.0, 1.0, 0.0]: the symmetry at x0 mirrors X; a mirrored body turns",
+    ),
+    "drift": ({"initial": {"velocity": [0.0, 1.0, 0.0]}}, "initial.velocity = [0.0, 1.0, 0.0]: the symmetry at y0"),
+    "pull at the plane": (
+        {"loads": [{"kind": "edge", "edge": "y0", "force": [0.0, 1.0, 0.0]}]},
+        "loads.0.force = [0.0, 1.0, 0.0]: the symmetry at y0 mirrors Y, and the load is on that edge",
+    ),
+}
+
+
+@pytest.mark.parametrize("changes, said", BROKEN.values(), ids=BROKEN.keys())
+def test_a_scene_that_breaks_its_symmetry_is_refused(changes, said):
+    with pytest.raises(SceneError) as refused:
+        load("tire").override(changes)
+    assert [problem for problem in refused.value.problems if said in problem], refused.value.problems
+
+
+def test_what_keeps_a_symmetry_is_accepted():
+    """A drum along or across a plane, a ball in both planes, a fall straight down."""
+    for axis in ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0]):
+        load("tire").override(
+            {"obstacles.0.shape": {"kind": "drum", "point": [0.0, 0.0, -2.0], "axis": axis, "radius": 0.5}}
+        )
+    load("tire").override({"obstacles.0.shape": {"kind": "sphere", "centre": [0.0, 0.0, -2.0], "radius": 0.5}})
+    load("tire").override({"initial": {"velocity": [0.0, 0.0, -1.0]}})

@@ -10,7 +10,7 @@ import pytest
 from reference_fe import run
 from reference_fe.geometry import MeshError
 from reference_fe.mesh import make
-from reference_fe.probes import point_weights
+from reference_fe.probes import point_slopes, point_weights
 from reference_fe.seam import glue
 from reference_fe.surface import carry
 from tests.revolved_scenes import HALF, RADIUS, TUBE, arc, arc_volume, cylinder, first, scene_of
@@ -128,3 +128,10 @@ def test_ends_that_do_not_match_are_a_named_failure():
     with pytest.raises(MeshError, match="do not match") as failure:
         glue(solid.mesh, solid.box.doflocs * [[1], [1 + 1e-3], [1]] + [[0], [0], [0]], solid.box.p[0].max() * 0.9)
     assert failure.value.status == "seam_open"
+
+
+def test_the_slopes_at_a_point_of_a_bent_tetrahedron_are_those_of_its_position():
+    """Summed with the positions they are the identity: isoparametric functions hold every uniform deformation."""
+    solid, _ = solid_of(scene_of(arc(), [0.0, 1.0]), 0.4)
+    slopes = point_slopes(solid, (0.3, 0.4, 0.02))
+    assert np.abs(slopes @ solid.mesh.doflocs.T - np.eye(3)).max() < 1e-11

@@ -1,0 +1,398 @@
+"""What the page of the tire shows, and the figures that it is judged by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from compare.plots import Series, history_plot, log_plot, map_plot
+from compare.report import Block, Column, Plots, Section, Table, Text
+from compare.verdict import Figure, at_least, at_most, stated
+from reports.hard_cases.chapter import Outcome
+from reports.tire import limits
+from reports.tire.scenes import stated as scene_words
+
+TITLE = "Tire on the ground"
+LEAD = (
+    "A tire with four grooves of nearly incompressible rubber falls on the ground (section 7.3 of the paper): a "
+    "quarter of it by both solvers, until it has bounced."
+)
+MESH = [12, 5]  # of the quarter: 24 x 10 elements of the whole tire
+FIT = [0.4]  # thicknesses beside the edges of grooves, where grid lines lie as well as on them
+LINED = [12, 4]  # with those lines 12 x 8: 24 x 16 of the whole tire
+LIMIT = "the reference's extrapolated ladder"
+NUMBERS = ("travel", "peak_force", "footprint")
+
+
+def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
+    """Every number that the study is judged by; None where the budget did not run it."""
+    solids, plates = (limits.ladder(found["drop"], solver) for solver in ("reference", "ancf"))
+    own = next((o for o in plates.outcomes if o.asked.arguments["mesh"] == MESH), None)
+    have = bool(solids.outcomes) and own is not None
+    lined = next(
+        (o for o in limits.ladder(found["drop"], "ancf", True).outcomes if o.asked.arguments["mesh"] == LINED), None
+    )
+    return [
+        _height(solids, own, have),
+        *_lined(solids, lined),
+        _number(solids, own, have, "peak_force", "peak_force_percent", "Peak force"),
+        _number(solids, own, have, "footprint", "footprint_percent", "Footprint, the largest pressed area"),
+        _jacobian(solids, own, have),
+        _cost(solids, plates, own, have),
+        *_rubber(found["rubber"][0]),
+        _energy(found),
+        _symmetry(found["saved"]),
+        _hard(found["hard"]),
+    ]
+
+
+def path_limit(solids: limits.Ladder) -> np.ndarray:
+    """Extrapolated path of node 1."""
+    return solids.history("node_1", solids.convergence("travel").taken)
+
+
+def _height(solids, own, have: bool) -> Figure:
+    value = limits.error(own, path_limit(solids)) if have else None
+    note = ""
+    if have:
+        finest = limits.error(own, np.array(solids.outcomes[-1].get("node_1")))
+        note = f"{finest:.2f} % from the finest solid itself; the limit's travel is {solids.limit('travel')[1]}."
+    against = f"cross-code: {LIMIT}, greatest difference of the path in percent of its travel"
+    return at_most("height_difference_percent", "Node 1, 24 x 10", value, "%", 2.0, against=against, note=note)
+
+
+def _lined(solids, own) -> list[Figure]:
+    """The same of a mesh with grid lines on the edges of grooves, as figures without a bar."""
+    found = []
+    have = bool(solids.outcomes) and own is not None
+    if have:
+        elements = own.get("elements")
+    for key, name, label in (
+        ("node_1", "fitted_height_percent", "Node 1's path"),
+        ("peak_force", "fitted_peak_force_percent", "Peak force"),
+        ("footprint", "fitted_footprint_percent", "Footprint"),
+    ):
+        value, note = None, ""
+        if have and key == "node_1":
+            value = limits.error(own, path_limit(solids))
+        elif have:
+            value = abs(100 * (own.get(key) / solids.limit(key)[0] - 1))
+        if have:
+            note = f"{elements:.0f} elements of the quarter, with grid lines on the edges of grooves and beside them."
+        against = f"cross-code: {LIMIT}"
+        found.append(
+            stated(name, f"{label}, 24 x 16 with lines on groove edges", value, "%", against=against, note=note)
+        )
+    return found
+
+
+def _number(solids, own, have: bool, key: str, name: str, label: str) -> Figure:
+    value, note = None, ""
+    if have:
+        limit, how = solids.limit(key)
+        signed = 100 * (own.get(key) / limit - 1)
+        value, note = abs(signed), f"{signed:+.2f} %; {how}: {limit:,.4g}."
+    return at_most(name, f"{label}, 24 x 10", value, "%", 5.0, against=f"cross-code: {LIMIT}", note=note)
+
+
+def _jacobian(solids, own, have: bool) -> Figure:
+    value, note = None, ""
+    if have:
+        ratio, other = np.array(own.get("ratio")), np.array(solids.outcomes[-1].get("ratio"))
+        value = float(100 * np.abs(ratio / other - 1).max())
+        note = f"Least |J| {ratio.min():.4f} against {other.min():.4f}: Figure 15 of the paper."
+    against = "cross-code: the finest solid, the whole path"
+    label = "|J| at the tread's lower centre, 24 x 10"
+    return at_most("jacobian_difference_percent", label, value, "%", 0.5, against=against, note=note)
+
+
+def _cost(solids, plates, own, have: bool) -> Figure:
+    value, note = None, ""
+    if have:
+        line = path_limit(solids)
+        errors = [limits.error(o, line) for o in solids.outcomes]
+        seconds = [o.get("cpu_seconds") for o in solids.outcomes]
+        wanted = limits.error(own, line)
+        needed = limits.cost_at(errors, seconds, wanted)
+        if needed is not None:
+            value = needed / own.get("cpu_seconds")
+            spent = own.get("cpu_seconds")
+            note = f"At {wanted:.2f} % of node 1's path: {needed:.0f} s on the solid's line for {spent:.0f} s."
+    label = "CPU of the solid over that of 24 x 10 elements at equal error"
+    return at_least("cost_ratio", label, value, "times", 20.0, against=f"cross-code: {LIMIT}", note=note)
+
+
+def _rubber(outcome: Outcome) -> list[Figure]:
+    made = []
+    for name, bar in (("force_us", 10.0), ("tangent_us", 60.0)):
+        value, note = outcome.get(name), ""
+        if outcome.ok:
+            plain = outcome.get(f"{name}_plain")
+            points = outcome.get("points_per_element")
+            note = f"{points:.0f} points in a mean element of the grooved tire; without grooves {plain:.1f} us."
+        label = f"Mooney-Rivlin {name.removesuffix('_us')}, microseconds per enriched element"
+        made.append(at_most(name, label, value, "us", bar, against="one thread, the least of 5", note=note))
+    return made
+
+
+def _energy(found: dict[str, list[Outcome]]) -> Figure:
+    own = [o for part in ("drop", "long") for o in found.get(part, []) if o.ok and o.get("ended") == "ok"]
+    worst = max((o.get("energy_residual") for o in own), default=None)
+    note = "Kinetic + strain + contact + dissipated - work of gravity, in percent of that work; the worst run."
+    label, against = "Drift of the energy", "closed form: constant"
+    return at_most("energy_residual_percent", label, worst, "%", 0.5, against=against, note=note)
+
+
+def _symmetry(outcomes: Sequence[Outcome]) -> Figure:
+    good = [o for o in outcomes if o.ok]
+    value = None
+    if len(good) == 3:
+        heights = [o.get("node_1") for o in good]
+        value = 100 * (max(heights) - min(heights)) / abs(heights[0])
+    label, against = "Quarter, half and whole tire, path of node 1", "exact: symmetry"
+    return at_most("symmetry_percent", label, value, "%", 0.1, against=against, form=".1e")
+
+
+def _hard(outcomes: Sequence[Outcome]) -> Figure:
+    bad = [case(o) for o in outcomes if not o.ok or not o.get("finite") or not _named(o)]
+    label = "Hard cases that crash, hang, or answer wrong in silence"
+    against = "an energy drift below 5 % or a named failure"
+    return at_most("hard_cases_failed", label, len(bad), "", 0, against=against, note="; ".join(bad) or "None.")
+
+
+def _named(outcome: Outcome) -> bool:
+    return outcome.get("ended") != "ok" or outcome.get("energy_residual") <= 5.0
+
+
+def case(outcome: Outcome) -> str:
+    """What was asked of a run, in words."""
+    told = {key: value for key, value in outcome.asked.arguments.items() if key not in ("solver", "until")}
+    return ", ".join(f"{key.replace('_', ' ')} {_short(value)}" for key, value in told.items())
+
+
+def _short(value: Any) -> str:
+    if isinstance(value, list):
+        return " x ".join(map(str, value))
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+RUNS = (
+    Column("case", "run", "wrap"),
+    Column("solver", "solver"),
+    Column("elements", "elements", ",d"),
+    Column("unknowns", "unknowns", ",d"),
+    Column("travel", "travel", ".5f", "m"),
+    Column("peak_force", "peak force", ",.0f", "N"),
+    Column("footprint", "footprint", ".4f", "m²"),
+    Column("lowest_ratio", "least |J|", ".4f"),
+    Column("error", "path error", ".2f", "%"),
+    Column("energy_residual", "energy drift", ".1e", "%"),
+    Column("steps", "steps", "d"),
+    Column("iterations_per_step", "iterations per step", ".1f"),
+    Column("cpu_seconds", "CPU", ".1f", "s"),
+    Column("ended", "ended"),
+    Column("status", "status"),
+)
+
+
+def row(outcome: Outcome, **more: Any) -> dict[str, Any]:
+    """A run as a row."""
+    own = {column.key: outcome.get(column.key) for column in RUNS}
+    solver = outcome.asked.arguments.get("solver", "ancf")
+    elements = own["elements"] and int(own["elements"])
+    return (
+        own | {"case": case(outcome), "solver": solver, "elements": elements, "status": outcome.measured.status} | more
+    )
+
+
+def rows(found: dict[str, list[Outcome]]) -> list[dict[str, Any]]:
+    """Every run for the JSON, without its paths."""
+    paths = {"times", "node_1", "lower", "force", "area", "ratio", "energies", "x", "y", "depth", "pressure", "trace"}
+    return [
+        {
+            "part": part,
+            "unit": o.measured.command,
+            "status": o.measured.status,
+            **{
+                key: value
+                for key, value in o.measured.values.items()
+                if key not in paths or (key == "node_1" and part == "saved")
+            },
+        }
+        for part, outcomes in found.items()
+        for o in outcomes
+    ]
+
+
+def sections(found: dict[str, list[Outcome]]) -> list[Section]:
+    """The page between its verdict and its commands."""
+    assumed = [f"Assumed: {words}" if "ssumed" not in words else words for words in scene_words()["assumed"]]
+    made = [
+        Section("tire", "What is dropped", [Text(assumed)], "Tire"),
+        Section("drop", "The fall, both solvers", _drop(found["drop"]), "Fall"),
+        Section("print", "Footprint", _print(found["print"]), "Footprint"),
+    ]
+    if "paper" in found:
+        made.append(Section("paper", "The paper's element and its contact by points", _paper(found), "Paper"))
+    if "long" in found:
+        made.append(Section("long", "Two seconds", _long(found["long"]), "Long run"))
+    made += [
+        Section("saved", "What was left out, and what that saved", _saved(found["saved"]), "Left out"),
+        Section("hard", "Hard cases", _hard_table(found["hard"]), "Hard cases"),
+    ]
+    return made
+
+
+def _drop(outcomes: Sequence[Outcome]) -> list[Block]:
+    solids, plates = (limits.ladder(outcomes, solver) for solver in ("reference", "ancf"))
+    line = path_limit(solids) if solids.outcomes else None
+    table = [
+        row(o, error=limits.error(o, line) if line is not None and o.ok and o.get("ended") == "ok" else None)
+        for o in outcomes
+    ]
+    blocks: list[Block] = [
+        Table("One quarter of the tire; forces and areas are the whole tire's.", RUNS, table),
+        Table("Orders and limits.", ORDERS, list(_orders(solids, plates))),
+    ]
+    if not solids.outcomes or not plates.outcomes:
+        return blocks
+    best = [
+        (o, "ancf", f"plate, {_short(o.asked.arguments['mesh'])}")
+        for o in plates.outcomes
+        if o.asked.arguments["mesh"] == MESH
+    ]
+    best += [(solids.outcomes[-1], "reference", "finest solid")]
+    lined = limits.ladder(outcomes, "ancf", True)
+    best += [
+        (o, "ancf exact", "plate, lines on groove edges") for o in lined.outcomes if o.asked.arguments["mesh"] == LINED
+    ]
+    plots = []
+    for key, words, unit in (
+        ("node_1", "Node 1, the top of the tire", "displacement (m)"),
+        ("force", "Force of the ground", "force (N)"),
+        ("area", "Pressed area", "area (m²)"),
+        ("ratio", "|J| at the tread's lower centre", "|J|"),
+    ):
+        series = [Series(label, role, o.get("times"), o.get(key)) for o, role, label in best]
+        plots.append(
+            (history_plot(f"drop-{key}", words, f"{words} over time.", ("t (s)", unit), series, None), f"{words}.")
+        )
+    work = [
+        Series(name, role, [o.get("cpu_seconds") for o in own.outcomes], [limits.error(o, line) for o in own.outcomes])
+        for name, role, own in (
+            ("plate, even lines", "ancf", plates),
+            ("plate, lines on groove edges", "ancf exact", lined),
+            ("solid", "reference", solids),
+        )
+        if own.outcomes
+    ]
+    plots.append(
+        (
+            log_plot("work", "Error against CPU time", "Path error over CPU.", work, "CPU (s)", "path error (%)"),
+            "Speed against error.",
+        )
+    )
+    return [*blocks, Plots(plots)]
+
+
+ORDERS = (
+    Column("solver", "solver"),
+    Column("number", "number"),
+    Column("order", "observed order", ".2f"),
+    Column("limit", "limit", ".5g"),
+    Column("how", "how", "wrap"),
+)
+
+
+def _orders(solids: limits.Ladder, plates: limits.Ladder):
+    for name, own in (("reference", solids), ("ancf", plates)):
+        for key in NUMBERS if own.outcomes else ():
+            limit, how = own.limit(key)
+            order = own.convergence(key).order
+            yield {"solver": name, "number": key.replace("_", " "), "order": order, "limit": limit, "how": how}
+
+
+def _print(outcomes: Sequence[Outcome]) -> list[Block]:
+    plots, words = [], []
+    for o in outcomes:
+        solver = o.asked.arguments.get("solver", "ancf")
+        if not o.ok:
+            words.append(f"{solver}: {o.measured.status}")
+            continue
+        x, y, p = (np.array(o.get(key)) for key in ("x", "y", "pressure"))
+        title = f"Contact pressure at 0.18 s, {solver}"
+        x, y, p = np.concatenate([x, -x]), np.tile(y, 2), np.tile(p, 2) / 1e6
+        x, y, p = np.tile(x, 2), np.concatenate([y, -y]), np.tile(p, 2)
+        plots.append(
+            (
+                map_plot(f"print-{solver}", title, "Pressure over the tread.", x, y, p, "pressure (MPa)"),
+                f"{title}; mirrored about both planes.",
+            )
+        )
+        words.append(f"{solver}: the greatest pressure deeper than 0.03 m in a groove is {o.get('in_grooves'):.3g} Pa.")
+    return [Plots(plots), Text(words)]
+
+
+def _paper(found: dict[str, list[Outcome]]) -> list[Block]:
+    words = [
+        "The paper's element is conforming, with one point fewer each way for the change of volume; beside it the "
+        "contact by points with Table 7 as printed, which depends on how many points there are."
+    ]
+    table = [row(o) for part in ("paper", "points") for o in found[part]]
+    return [Text(words), Table("The paper's choices.", RUNS, table)]
+
+
+def _long(outcomes: Sequence[Outcome]) -> list[Block]:
+    good = [o for o in outcomes if o.ok and o.get("times")]
+    plots = []
+    for o in good:
+        path = Series("node 1", "ancf", o.get("times"), o.get("node_1"))
+        plots.append(
+            (
+                history_plot("long-path", "Several bounces", "Node 1.", ("t (s)", "displacement (m)"), [path], None),
+                "Node 1 over 2 s.",
+            )
+        )
+        roles = {"kinetic": "ancf", "strain": "reference", "contact": "difference", "dissipated": "ancf exact"}
+        parts = [Series(kind, role, o.get("times"), o.get("energies")[kind]) for kind, role in roles.items()]
+        plots.append(
+            (
+                history_plot("long-energy", "Energies", "Energies.", ("t (s)", "energy (J)"), parts, None),
+                "Where the energy is.",
+            )
+        )
+    return [Table("Energy never rises but by the work of gravity.", RUNS, [row(o) for o in outcomes]), Plots(plots)]
+
+
+SAVED = (
+    Column("part", "part"),
+    Column("elements", "elements", ",d"),
+    Column("unknowns", "unknowns", ",d"),
+    Column("cpu_per_step", "CPU per step", ".3f", "s"),
+    Column("memory", "memory", ".0f", "MB"),
+    Column("node_1", "node 1 after 20 steps", ".8f", "m"),
+    Column("force", "force", ",.2f", "N"),
+    Column("status", "status"),
+)
+
+
+def _saved(outcomes: Sequence[Outcome]) -> list[Block]:
+    table = [
+        {column.key: o.get(column.key) for column in SAVED}
+        | {"part": o.asked.arguments["part"], "elements": o.ok and int(o.get("elements")), "status": o.measured.status}
+        for o in outcomes
+    ]
+    words = [
+        "The scene states two planes of symmetry, so three quarters of the tire are not modelled. The same fall from "
+        "the first touch on, 20 steps of the plate: equal answers, the costs beside them. Elements without a groove "
+        "have one subdomain, and all elements of a row around share their tables.",
+        "Not in the scene and not paid for: rim, inflation, plies, heat, damping of the rubber.",
+    ]
+    return [Text(words), Table("Parts of the tire.", SAVED, table)]
+
+
+def _hard_table(outcomes: Sequence[Outcome]) -> list[Block]:
+    words = ["Far from the scene, on 12 x 6 elements of the whole tire: each ends well or under a name."]
+    return [Text(words), Table("Hard cases.", RUNS, [row(o) for o in outcomes])]

@@ -11,7 +11,7 @@ import compare
 from compare.scene import Level, Scene, parse
 
 FOLDER = Path(compare.__file__).parent / "scenes"
-SCENES = {"points": "plate_drop", "pressure": "plate_drop_pressure"}
+SCENES = {"points": "falling_plate", "pressure": "falling_plate_pressure"}
 FALL, DEPTH, BOTTOM = 0.04, 0.03, -0.025  # m: height of the fall, depth of the groove, z of the plain face
 GROOVE = (0.4, 0.6)
 WEIGHT = 9.81  # m/s2

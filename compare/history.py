@@ -64,6 +64,11 @@ def _parsed(line: str) -> Record | None:
     return entry if good and all(isinstance(figure, dict) for figure in entry["figures"].values()) else None
 
 
+def asked_of(figures: dict[str, dict[str, Any]]) -> list[dict[str, Any]]:
+    """The figures with a verdict or a bar: one that was not run is asked for as well."""
+    return [figure for figure in figures.values() if figure.get("met") is not None or figure.get("bar") is not None]
+
+
 def used(figure: dict[str, Any]) -> float | None:
     """Part of its bar that a figure uses: met up to 1, whether the bar is a floor or a ceiling.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from compare.files import write_text
-from compare.history import used
+from compare.history import asked_of, used
 from compare.report import Column, Link, Page, Section, Table, Text, render
 
 NAME = "index.html"
@@ -50,7 +51,7 @@ def page(folder: Path) -> Page:
 def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     """What the index says of a study's JSON."""
     figures, about = content["figures"], content["provenance"]
-    asked = [figure for figure in figures.values() if figure["met"] is not None]
+    asked = asked_of(figures)
     parts = {name: used(figure) for name, figure in figures.items()}
     parts = {name: part for name, part in parts.items() if part is not None}
     worst = max(parts, key=parts.get, default=None)
@@ -59,7 +60,7 @@ def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     html = path.with_suffix(".html")
     return {
         "page": Link(quote(html.name), str(content.get("title") or path.stem)),
-        "verdict": ("stated" if not asked else "met" if met == len(asked) else "missed"),
+        "verdict": _verdict(asked),
         "asked": len(asked),
         "met": met,
         "judged": f"{met} of {len(asked)}",
@@ -72,9 +73,18 @@ def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     }
 
 
+def _verdict(asked: Sequence[dict[str, Any]]) -> str:
+    """One word for the figures of which something is asked; a figure that was not run lets no study be met."""
+    states = {figure.get("met") for figure in asked}
+    if not states:
+        return "stated"
+    return "missed" if False in states else "not all run" if None in states else "met"
+
+
 LEAD = "How far a fast plate model can be trusted, and what it costs to be right: every study of this folder."
 NOTE = (
-    "Met: judged figures within their bars. Nearest to its bar: the judged figure that uses the largest part of it, "
+    "Met: judged figures within their bars, of all that are judged; not all run: some of them have no value in this "
+    "budget, or their runs failed. Nearest to its bar: the judged figure that uses the largest part of it, "
     "met up to 100 %. Stated: the study states figures and asks nothing of them."
 )
 FOOTER = "A pass is evidence, not proof: each page says what it does not prove."

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from compare import plots
-from compare.history import Record, used
+from compare.history import Record, asked_of, used
 from compare.report import Column, Plots, Section, Table
 
 DRAWN = 5  # figures at most: those nearest to their bar
@@ -41,7 +41,7 @@ def _judged(entry: Record) -> list[str]:
 
 
 def _row(entry: Record, previous: Record | None) -> dict[str, Any]:
-    asked = [figure for figure in entry["figures"].values() if figure.get("met") is not None]
+    asked = asked_of(entry["figures"])
     names = _judged(entry)
     worst = max(names, key=lambda name: used(entry["figures"][name]), default=None)
     return {

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from fake_solver import small
 
-from compare import files, history, index, report
+from compare import files, history, index, report, trend
 from compare.result import ResultError, load, save
 
 HERE = Path(__file__).parent
@@ -216,6 +216,19 @@ def test_the_index_names_what_it_cannot_read_and_shows_the_rest(tmp_path):
     assert "Good &lt;b&gt;" in page and page.count("<script") == 1
     assert page.count("is no page&#39;s JSON") == 2
     assert '<data value="50.0">' in page  # 1 of 2
+
+
+@pytest.mark.parametrize(
+    ("met", "word"), [((True, True), "met"), ((True, None), "not all run"), ((None, False), "missed"), ((), "stated")]
+)
+def test_a_figure_that_was_not_run_lets_no_study_be_met(tmp_path, met, word):
+    figures = {str(i): {"value": None, "unit": "", "bar": 1.0, "met": one} for i, one in enumerate(met)}
+    figures["told"] = {"value": 1.0, "unit": "s", "bar": None, "met": None}
+    report.write(tmp_path, "study", report.Page("Study", "x", []), {"figures": figures, "provenance": {}})
+    (row,) = index.page(tmp_path).sections[0].blocks[1].rows
+    assert row["verdict"] == word and row["judged"] == f"{sum(one is True for one in met)} of {len(met)}"
+    (record,) = history.read(tmp_path, "study")
+    assert trend.section([record]).blocks[-1].rows[0]["met"] == row["judged"]
 
 
 @pytest.mark.parametrize("name", ["../outside", "/tmp/outside", "a/b", "..", "", "x\ny", ".hidden"])

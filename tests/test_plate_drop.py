@@ -81,6 +81,32 @@ def test_the_difference_is_the_worst_of_three_and_none_without_the_solid():
     assert figure(found, "drop_difference_percent").met is None
 
 
+def test_no_force_on_a_floor_without_contact_points_is_no_evidence():
+    found = all_made_up()
+    assert figure(found, "groove_force_at_1s").met
+    found["grooves"][0].measured.values["floor_pressed"] = None
+    assert figure(found, "groove_force_at_1s").met is None
+
+
+def test_the_energy_is_that_of_every_rule_too():
+    found = all_made_up()
+    found["subdomains"][0].measured.values["energy_residual"] = 0.6
+    assert figure(found, "energy_residual_percent").met is False
+
+
+def test_a_study_whose_units_failed_does_not_end_well(tmp_path, monkeypatch, capsys):
+    """Status 0 where all is met, 1 where a figure has no value because its unit failed."""
+    for broken, status in ((False, 0), (True, 1)):
+        found = all_made_up()
+        if broken:
+            first = found["subdomains"][-1].asked
+            found["subdomains"][-1] = Outcome(first, Measured(first.name, first.arguments, "failed: it broke"))
+        monkeypatch.setattr(study, "run", lambda budget, jobs, found=found: found)
+        monkeypatch.setattr(study, "publish", lambda *_: tmp_path)
+        assert study.main(["--budget", "quick"]) == status
+    assert "not judged" in capsys.readouterr().out
+
+
 def test_a_hard_case_that_is_wrong_in_silence_counts_and_a_named_failure_does_not():
     asked = Asked("plate_drop.hard.landing", {"stiffness": 1.0, "step": 0.01})
     right, wrong, named, lost = (
@@ -116,7 +142,7 @@ def test_the_papers_plate_falls_and_keeps_its_energy():
     """Coarsely: the floor of the groove is free at 1 s, the rebound lower than the fall."""
     found = runs.fall("points", element="conforming", mesh=[1, 1], points=[7, 3, 3], time_step=5e-3)
     assert found["status"] == "ok"
-    assert found["floor_pressed"] == 0
+    assert found["floor_pressed"] == 0  # of points that are there: None without any
     assert 0 < found["rebound"] < FALL
     assert found["energy_residual"] < 1e-6
     assert max(found["pressure"]) > 0

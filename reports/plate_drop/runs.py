@@ -76,10 +76,10 @@ def fall(law: str, solver: str = "ancf", height: float = FALL, **told: Any) -> d
     }
 
 
-def _floor_pressed(result: Result) -> float:
-    """Greatest traction on points of the groove's floor, at the end."""
+def _floor_pressed(result: Result) -> float | None:
+    """Greatest traction on points of the groove's floor, at the end; None where no contact point lies on it."""
     floor = result.contact.points[:, 2] > BOTTOM + 1e-6
-    return float(result.contact.pressure[floor].max(initial=0.0))
+    return float(result.contact.pressure[floor].max()) if floor.any() else None
 
 
 def _pressed(result: Result) -> dict[str, Any]:

@@ -130,7 +130,7 @@ def publish(found: dict[str, list[Outcome]], budget: str, folder: Path = OUT) ->
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run, tell, publish; exit status 1 where a figure missed its bar."""
+    """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
     options = _parser().parse_args(words)
     found = run(options.budget, options.jobs)
     path = publish(found, options.budget, options.out)
@@ -140,7 +140,7 @@ def main(words: Sequence[str] | None = None) -> int:
         value = "-" if figure.value is None else format(figure.value, figure.form)
         print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
     print(f"page: {path}")
-    return int(any(figure.met is False for figure in judged))
+    return int(any(figure.judged and not figure.met for figure in judged))
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from compare import cli_files, cli_sweep
+from compare import cli_files, cli_gate, cli_sweep
 
 if TYPE_CHECKING:
     from compare.scene import Scene
@@ -118,17 +118,7 @@ def parser() -> argparse.ArgumentParser:
     working(table)
 
     cli_files.add(commands)
-
-    check = add(commands, "check", _check, "compare a quick run with the accepted values; exit 1 names what moved")
-    check.add_argument("--junit", type=Path, metavar="FILE", help="write the verdict as JUnit XML")
-    check.add_argument(
-        "--summary", type=Path, metavar="FILE", help="append the verdict as Markdown ($GITHUB_STEP_SUMMARY)"
-    )
-    working(check)
-
-    accept = add(commands, "accept", _accept, "make the values of a quick run the accepted ones")
-    accept.add_argument("--reason", metavar="TEXT", help="why they changed, kept with them (asked for on a terminal)")
-    working(accept)
+    cli_gate.add(commands)
 
     explain = add(commands, "explain", _explain, "say what will be modelled, what is left out, unknowns and memory")
     budget(explain)
@@ -195,44 +185,6 @@ def _table(options: argparse.Namespace) -> int:
     sys.stdout.write(FORMATS[options.format](rows))
     say_failures(entries)
     return OK if all(entry.ok for entry in entries) else REFUSED
-
-
-def _check(options: argparse.Namespace) -> int:
-    from compare import ci, gate
-
-    scenes = with_companions(options.scene, as_named=True)
-    baseline = gate.read(_baseline(scenes[0]))
-    entries, rows = solved(scenes, options, "quick")
-    verdict = gate.check(rows, baseline)
-    ci.write(verdict, scenes[0].name, options.junit, options.summary)
-    print("\n".join(gate.lines(verdict)))
-    say_failures(entries)
-    if verdict.passed:
-        print(f"{scenes[0].name}: {len(verdict.margins)} rows pass the gate")
-        return OK
-    refused = [margin.row for margin in verdict.margins if margin.refused]
-    print(f"{scenes[0].name}: the gate refuses {len(refused)} rows: " + "; ".join(refused), file=sys.stderr)
-    return REFUSED
-
-
-def _accept(options: argparse.Namespace) -> int:
-    from compare import gate
-
-    scenes = with_companions(options.scene)
-    reason = options.reason
-    if reason is None:
-        if not sys.stdin.isatty():
-            raise UsageError("accept needs --reason TEXT where nobody can be asked")
-        reason = input("reason for the new values: ")
-    if not reason.strip():
-        raise UsageError("accept needs a reason that says something")
-    path = _baseline(scenes[0])
-    _, rows = solved(scenes, options, "quick")
-    if path.exists():
-        print("\n".join(gate.lines(gate.check(rows, gate.read(path)))))
-    gate.accept(rows, reason, scenes[0].name, path)
-    print(f"accepted {len(rows)} rows: {path}")
-    return OK
 
 
 def _explain(options: argparse.Namespace) -> int:
@@ -367,12 +319,6 @@ def say_failures(entries: list[Entry]) -> None:
     for entry in entries:
         if not entry.ok:
             print(f"failed: {label(entry)}: {entry.status}\n{entry.message}".rstrip(), file=sys.stderr)
-
-
-def _baseline(scene: Scene) -> Path:
-    """Path of the accepted rows of a scene."""
-    folder = importlib.util.find_spec("reports").submodule_search_locations[0]
-    return Path(folder) / "baselines" / f"{scene.name}.json"
 
 
 if __name__ == "__main__":

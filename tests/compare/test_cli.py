@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from compare import cli, gate
+from compare import cli, cli_gate, gate
 from compare.scene import SHIPPED
 from compare.table import KEYS
 
@@ -37,7 +37,7 @@ def plate(tmp_path, monkeypatch):
     path = tmp_path / "plate.toml"
     path.write_text(SCENE.format(companions=""))
     monkeypatch.setattr(cli, "SOLVERS", {"ancf": "fake_solver", "reference": "fake_solver"})
-    monkeypatch.setattr(cli, "_baseline", lambda scene: tmp_path / "baselines" / f"{scene.name}.json")
+    monkeypatch.setattr(cli_gate, "_baseline", lambda scene: tmp_path / "baselines" / f"{scene.name}.json")
     monkeypatch.chdir(tmp_path)
     return path
 

@@ -36,6 +36,8 @@ def why_not(scene: Scene) -> str | None:
     """Why a scene cannot be put to CalculiX by this module; None where it can."""
     if scene.analysis.kind != "dynamic" or scene.surface.kind != "rectangle":
         return "only dynamics of flat plates"
+    if scene.material.kind != "svk" or scene.obstacles:
+        return "only St. Venant-Kirchhoff solids that touch nothing"
     if any(support.kind != "clamp" for support in scene.supports) or scene.initial is not None:
         return "only clamped edges and a plate at rest"
     if len(scene.loads) != 1 or scene.loads[0].kind != "patch":

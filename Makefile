@@ -61,9 +61,9 @@ plate-drop: setup ## the grooved plate on the ground, reports/build/plate_drop.h
 tire: setup ## the tire with four grooves on the ground, reports/build/tire.html; BUDGET=quick|standard|full
 	$(BIN)/python -m reports.tire --budget $(BUDGET)
 
-check: setup ## compare quick runs of the cantilever and of the hard cases with the accepted tables
-	$(BIN)/groovecheck check cantilever
-	$(BIN)/python -m reports.hard_cases --budget quick --check
+check: setup ## compare fresh quick runs of the cantilever and of the hard cases with the accepted tables
+	$(BIN)/groovecheck check cantilever --fresh
+	$(BIN)/python -m reports.hard_cases --budget quick --check --fresh
 
 test: setup browser ## the test suite, within 5 minutes on two cores
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2

@@ -4,6 +4,7 @@ import argparse
 import doctest
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 import compare.convergence
 import reports.speed_curves
 from compare import cli
+from compare.scene import load
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -36,6 +38,14 @@ def test_links_and_named_files_exist(page):
     for name in re.findall(r"`((?:ancf|reference_fe|compare|reports|workflow|docs|tests)/[\w./-]+)`", text):
         generated = name.startswith(("reports/build", "reports/baselines/<"))
         assert generated or (ROOT / name).exists(), name
+
+
+def test_the_shown_grooves_are_grooves():
+    """Each is cut into a shipped plate; a wrong key or knot vector would be refused."""
+    blocks = re.findall(r"```toml\n(.*?)```", (ROOT / "docs" / "own_groove.md").read_text(encoding="utf-8"), re.S)
+    plate = load("cantilever_plain_patch")
+    grooves = [plate.override(tomllib.loads(block), "shown").grooves[0] for block in blocks]
+    assert [groove.name for groove in grooves] == ["middle", "slanted"]
 
 
 def shown_commands():

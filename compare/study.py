@@ -26,12 +26,12 @@ from compare.scene import BUDGETS, Level, Scene
 
 AS_STATED = "as stated"  # the variant's name of the unchanged scene at the level of the sensitivity
 LIBRARIES = {
-    "ancf": ("numpy", "scipy"),
+    "ancf": ("numpy", "scipy", "numba"),
     "reference": ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "numba", "pymetis", "pypardiso", "mkl"),
 }
 LIBRARIES["calculix"] = (*LIBRARIES["reference"], "ccx")
 SOURCES = {"calculix": ("reports.calculix_solver", "compare.external.calculix", "reference_fe")}
-CONTRACT = ("scene.py", "result.py")
+CONTRACT = ("scene.py", "scene_parts.py", "scene_contact.py", "scene_outline.py", "result.py")
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Studies with a fake solver: order, reuse, failures, what invalidates a result."""
 
+import ast
 import os
 import shutil
 import signal
@@ -150,6 +151,28 @@ def test_another_library_version_computes_again(monkeypatch):
     changed = study.fingerprint("reference", "fake_solver")
     monkeypatch.setattr(study, "version", lambda library: "98" if library == "gmsh" else "1")
     assert len({before, changed, study.fingerprint("reference", "fake_solver")}) == 3
+
+
+def test_a_result_depends_on_every_file_that_states_its_question():
+    """What scene and result load, but for the words of errors, the writing of files and treads, whose grooves a
+    question holds."""
+    words = "import sys, compare.scene, compare.result; print(*(m for m in sys.modules if m.startswith('compare.')))"
+    run = subprocess.run([sys.executable, "-c", words], capture_output=True, text=True, check=True)
+    told = {f"{name.removeprefix('compare.')}.py" for name in run.stdout.split()}
+    assert set(study.CONTRACT) == told - {"scene_errors.py", "files.py", "treads.py"}
+
+
+@pytest.mark.parametrize(("solver", "package"), [("ancf", "ancf"), ("reference", "reference_fe")])
+def test_a_result_depends_on_every_library_that_its_solver_computes_with(solver, package):
+    """Whatever its sources import, but the standard library, the project itself and the setting of threads."""
+    used = set()
+    for path in study.source_files(package):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            names += [node.module] if isinstance(node, ast.ImportFrom) else []
+            used |= {name.partition(".")[0] for name in names}
+    used -= {*sys.stdlib_module_names, package, "compare", "threadpoolctl"}
+    assert {"scikit-fem" if name == "skfem" else name for name in used} <= set(study.LIBRARIES[solver])
 
 
 def test_a_damaged_result_is_computed_again(tmp_path):

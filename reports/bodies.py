@@ -87,12 +87,17 @@ def _path(entry: Entry, moving: bool) -> tuple[list[str], np.ndarray]:
 
 
 def _fields(entry: Entry) -> dict[str, np.ndarray]:
-    """Contact at the last output on the nodes of a flat plate's surface: that of the nearest contact point, 0 away."""
+    """Contact at the last output on the nodes of a flat plate's surface: that of the nearest contact point, 0 away.
+
+    Where several obstacles may touch a face each has its points there: what they press is summed.
+    """
     contact, outline = entry.result.contact, entry.result.outline
     if contact is None or not len(contact.points) or entry.scene.surface.kind != "rectangle":
         return {}
-    distance, nearest = cKDTree(contact.points).query(outline.points)
-    spacing = cKDTree(contact.points).query(contact.points, k=min(2, len(contact.points)))[0].max()
-    pressed = np.where(distance <= max(spacing, 1e-9), np.maximum(contact.pressure[nearest], 0.0), 0.0)
+    points, place = np.unique(contact.points, axis=0, return_inverse=True)
+    pressure = np.bincount(place.ravel(), np.maximum(contact.pressure, 0.0))
+    distance, nearest = cKDTree(points).query(outline.points)
+    spacing = cKDTree(points).query(points, k=min(2, len(points)))[0].max()
+    pressed = np.where(distance <= max(spacing, 1e-9), pressure[nearest], 0.0)
     single = bool((contact.share == 1).all())
     return {"contact force at the end (N)" if single else "contact pressure at the end (Pa)": pressed}

@@ -12,7 +12,7 @@ function make(tag, attributes, ...children) {
   return element;
 }
 
-/** Four significant digits with a typographic minus. */
+/** So many significant digits with a typographic minus. */
 function shown(value, digits = 5) {
   return Number(value.toPrecision(digits)).toString().replace("-", "\u2212").replace("e-", "e\u2212");
 }

@@ -48,6 +48,12 @@ def test_contact_is_drawn_where_it_presses():
     outline = entry.result.outline
     assert pressed.max() == 5.0 and pressed.min() == 0.0
     assert (np.linalg.norm(outline.points[pressed > 0] - points[0], axis=1) <= 0.125 + 1e-9).all()
+    twice = Contact(
+        *(np.zeros((1, 2, 3)), np.zeros((1, 2)), np.tile(points, (2, 1)), np.full(18, 0.01)),
+        np.array([0.0] * 9 + [5.0, *8 * [-1.0]]),
+    )
+    again = _fields(replace(entry, result=replace(entry.result, contact=twice)))["contact pressure at the end (Pa)"]
+    np.testing.assert_array_equal(again, pressed)  # a second obstacle over the same face
 
 
 def test_points_that_coincide_are_one_and_cracks_stay():

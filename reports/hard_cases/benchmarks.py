@@ -173,19 +173,20 @@ THICK = "published: NAFEMS; 3 % of the solid (a)"
 
 def tube(outcomes: Sequence[Outcome]) -> Iterator[Case]:
     """A neo-Hooke tube in plane strain blown up to 1.5 of its inner radius."""
-    for answer in answers(outcomes, "tube"):
-        named = f"tube of rubber, B / A = {answer.about['outer']:g}: u(A) / A"
-        allowed = {"conforming": 0.5, "enriched": 0.25, "": 0.1}[answer.element]
-        expected, value = tables.BLOWN["tube", answer.about["outer"]], answer.at("inner", "X")
-        yield answer.case(named, value, unit="", expected=expected, allowed=allowed, against=RADIAL)
+    return _blown(outcomes, "tube", {"conforming": 0.5, "enriched": 0.25, "": 0.1})
 
 
 def sphere(outcomes: Sequence[Outcome]) -> Iterator[Case]:
     """A Mooney-Rivlin sphere blown up to 1.25 of its inner radius."""
-    for answer in answers(outcomes, "sphere"):
-        named = f"sphere of rubber, B / A = {answer.about['outer']:g}: u(A) / A"
-        allowed = {"conforming": 2.0, "enriched": 0.5, "": 1.0}[answer.element]
-        expected, value = tables.BLOWN["sphere", answer.about["outer"]], answer.at("inner", "X")
+    return _blown(outcomes, "sphere", {"conforming": 2.0, "enriched": 0.5, "": 1.0})
+
+
+def _blown(outcomes: Sequence[Outcome], body: str, percent: dict[str, float]) -> Iterator[Case]:
+    """The inner radius of a round body of rubber; percent: what each element, or the solid, is allowed."""
+    for answer in answers(outcomes, body):
+        named = f"{body} of rubber, B / A = {answer.about['outer']:g}: u(A) / A"
+        expected, value = tables.BLOWN[body, answer.about["outer"]], answer.at("inner", "X")
+        allowed = percent[answer.element]
         yield answer.case(named, value, unit="", expected=expected, allowed=allowed, against=RADIAL)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from reference_fe import run
+from reference_fe.contact import face
 from reference_fe.geometry import MeshError
 from reference_fe.loads import pressure_force
 from reference_fe.mesh import make
@@ -131,6 +132,13 @@ def test_a_follower_pressure_on_a_closed_ring_begins_as_the_dead_one(side):
     expected = pressure_force(solid, side, THICKNESS / 2)
     found = follower_pressure(solid, side, THICKNESS / 2, 1.0, ((0.0, 1.0),)).force(np.zeros_like(expected), 0.0)
     assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_contact_points_at_nodes_of_a_closed_ring_lie_on_its_face_of_the_box(build, side):
+    solid, _ = solid_of(scene_of(arc()), 0.4)
+    found = face(solid, build.system(solid).pattern, side, "points")
+    assert np.abs(found.box[..., 2] - side * THICKNESS / 2).max() < 1e-12
 
 
 def test_ends_that_do_not_match_are_a_named_failure():

@@ -372,7 +372,7 @@ def _bands(scene: Scene) -> tuple[Feature, ...]:
 
 
 def _band(band: SceneFeature, sign: int) -> Feature:
-    face = BOTTOM if band.face == "bottom" else TOP
+    face = _side(band.face)
     if hasattr(band, "outline"):
         loop, surface = band.outline, band.depth_surface
         outline = Curve(loop.degree, loop.knots, loop.control_points, loop.weights)
@@ -385,7 +385,7 @@ def _band(band: SceneFeature, sign: int) -> Feature:
     if profile is not None:
         section = Curve(profile.degree, profile.knots, profile.control_points, profile.weights)
     along = {} if band.extent is None else {"extent": band.extent}
-    return Band(_side(band.face), sign, "xy".index(band.along), band.edges, section, **along)
+    return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
 
 
 def _side(face: str) -> int:
@@ -397,7 +397,7 @@ def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | Edge
     if load.kind == "gravity":
         return gravity(plate.mass_row, load.acceleration, load.history)
     if load.kind == "pressure":
-        face = -1 if load.face == "bottom" else 1
+        face = _side(load.face)
         if load.follower:
             return follower_pressure(mesh, thickness, face, load.pressure, load.history)
         row = pressure_on_face(mesh, thickness, face)

@@ -16,8 +16,10 @@ For the energy-momentum scheme (`pressure_in_mean`) the spring's force is that o
     p_k = [U(d1) - U(d0)] / (d1 - d0) = k theta (<d0> + <d1>) / 2,    U = k <d>^2 / 2,
     theta = (<d1> - <d0>) / (d1 - d0)
 
-along the mean normal of `ancf.obstacle`, which does exactly the work U0 - U1; the damper's c (<d1> - <d0>) / dt and
-the friction, return-mapped at the end of the step, only take energy.
+along the mean normal of `ancf.obstacle`, which does exactly the work U0 - U1; the damper's c (<d1> - <d0>) / dt only
+takes energy, and so does friction, return-mapped at the end of the step, where it sticks or c_s = 0. Where a point
+slides by its damper before its spring is at the limit, -t / k_s is more slip than it had: its spring then gains energy
+that the motion did not give, at most (mu p)^2 / (2 k_s).
 
 The derivative of a sliding friction by the gap, mu t*/|t*| (x) p_x, is not symmetric.
 """

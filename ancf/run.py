@@ -372,7 +372,7 @@ def _bands(scene: Scene) -> tuple[Feature, ...]:
 
 
 def _band(band: SceneFeature, sign: int) -> Feature:
-    face = BOTTOM if band.face == "bottom" else TOP
+    face = _side(band.face)
     if hasattr(band, "outline"):
         loop, surface = band.outline, band.depth_surface
         outline = Curve(loop.degree, loop.knots, loop.control_points, loop.weights)
@@ -385,7 +385,7 @@ def _band(band: SceneFeature, sign: int) -> Feature:
     if profile is not None:
         section = Curve(profile.degree, profile.knots, profile.control_points, profile.weights)
     along = {} if band.extent is None else {"extent": band.extent}
-    return Band(_side(band.face), sign, "xy".index(band.along), band.edges, section, **along)
+    return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
 
 
 def _side(face: str) -> int:
@@ -397,7 +397,7 @@ def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | Edge
     if load.kind == "gravity":
         return gravity(plate.mass_row, load.acceleration, load.history)
     if load.kind == "pressure":
-        face = -1 if load.face == "bottom" else 1
+        face = _side(load.face)
         if load.follower:
             return follower_pressure(mesh, thickness, face, load.pressure, load.history)
         row = pressure_on_face(mesh, thickness, face)
@@ -464,7 +464,7 @@ def _output_times(scene: Scene) -> np.ndarray:
 
 
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
-    """Loads that act at t = 0 are first brought up from nothing, then the path follows the histories."""
+    """What acts at t = 0 is first brought up from nothing, then the path follows the histories."""
     history, q, work, touches = History(), model.mesh.vectors.ravel().copy(), 0.0, _untouched(model)
     solver, times = LinearSolver(model.system.assembly.pattern), _output_times(scene)
     paths = [_bringing_up(scene, level, model)]
@@ -488,12 +488,14 @@ def _untouched(model: Model) -> tuple[contact.Touch, ...]:
 
 
 def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, float, float, float]:
-    """System, range of its load parameter and load step that bring up the loads acting at t = 0."""
+    """System, range of its load parameter and load step that bring up what acts at t = 0: loads by steps, what lies
+    on an obstacle at once."""
     acting = model.system
     kinds = "loads", "moments", "pressures"
     ramps = {kind: tuple(brought_up(load, 0.0) for load in getattr(acting, kind)) for kind in kinds}
     acts = any(load.factor(1.0) for loads in ramps.values() for load in loads)
-    return replace(acting, **ramps), 0.0, float(acts), level.time_step / scene.analysis.until
+    step = level.time_step / scene.analysis.until if acts else 1.0
+    return replace(acting, **ramps), 0.0, float(acts or acting.contact is not None), step
 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:

@@ -20,7 +20,8 @@ class VolumeRatio:
     """A point of one element with the nodal vectors (i,) there, and G (i, 3) of `ancf.element` at it.
 
     relaxed: the element alone, its rule with the point as a further one of weight zero, where its thickness strain is
-    free at each point: then that strain counts, as it does in the stress. Elsewhere it is det F of the position field.
+    free at each point: then that strain counts, as it does in the stress, whose transverse shears have their factor.
+    It gives the size alone, as the root of det C; the sign, and elsewhere all, is that of det F of the position field.
     """
 
     vectors: np.ndarray
@@ -30,9 +31,10 @@ class VolumeRatio:
     def at(self, q: np.ndarray) -> float:
         """det F at the components q (3 v,)."""
         Q = q.reshape(-1, 3)[self.vectors]
-        if self.relaxed is not None:
-            return float(self.relaxed.volume_ratios(Q)[-1])
-        return float(np.linalg.det(Q.T @ self.G))
+        of_field = float(np.linalg.det(Q.T @ self.G))
+        if self.relaxed is None:
+            return of_field
+        return float(np.copysign(self.relaxed.volume_ratios(Q)[-1], of_field))
 
 
 def volume_ratio(mesh: Mesh, elements: object, at: tuple[float, float, float], rule: Rule) -> VolumeRatio:

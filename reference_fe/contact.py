@@ -130,7 +130,7 @@ def _nodal(solid: Solid, where: Pattern, nodes: np.ndarray) -> Face:
         one[:, :, None],
         one,
         np.ascontiguousarray(solid.mesh.doflocs.T[nodes][:, None]),
-        np.ascontiguousarray(solid.box.doflocs.T[nodes][:, None]),
+        np.ascontiguousarray(solid.places.T[nodes][:, None]),
         slot[:, None, None],
     )
 

@@ -35,10 +35,18 @@ def facet_basis(mesh: MeshTet2, facets: np.ndarray, degree: int) -> FacetBasis:
     return FacetBasis(mesh, element, mapping=Mapping(mesh, element, mesh.bndelem), facets=facets, intorder=degree)
 
 
-def in_space(solid: Solid, facets: np.ndarray) -> np.ndarray:
-    """Numbers, in the mesh in space, of boundary facets of the box: glued at a seam, the two count them differently."""
+def owners(solid: Solid, facets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tetrahedra (m,) of boundary facets (m,) of the box, and which of their four facets each is (m,).
+
+    Both hold in space as well; glued at a seam, box and space number nodes and facets differently.
+    """
     elements = solid.box.f2t[0, facets]
-    local = np.argmax(solid.box.t2f[:, elements] == facets, axis=0)
+    return elements, np.argmax(solid.box.t2f[:, elements] == facets, axis=0)
+
+
+def in_space(solid: Solid, facets: np.ndarray) -> np.ndarray:
+    """Numbers, in the mesh in space, of boundary facets of the box."""
+    elements, local = owners(solid, facets)
     return solid.mesh.t2f[local, elements]
 
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from skfem import ElementTriP2
 from skfem.quadrature import get_quadrature
-from skfem.refdom import RefTri
+from skfem.refdom import RefTet, RefTri
 
+from reference_fe.facets import owners
 from reference_fe.mesh import Solid
 
 DEGREE = 4  # of N_a times two slopes
@@ -80,11 +81,12 @@ class FollowerPressure:
 
 def follower_pressure(solid: Solid, side: int, height: float, pressure: float, history) -> FollowerPressure:
     """A pressure (Pa) on the face z = side x height of the box, side = -1 or 1."""
-    mesh, element = solid.mesh, ElementTriP2()
-    facets = mesh.boundary_facets()
-    corners = mesh.facets[:, facets]
-    on = (np.abs(solid.box.doflocs[2][corners] - side * height) < 1e-7 * solid.extent).all(axis=0)
-    corners = corners[:, on]
+    mesh, box, element = solid.mesh, solid.box, ElementTriP2()
+    facets = box.boundary_facets()
+    on = (np.abs(box.p[2][box.facets[:, facets]] - side * height) < 1e-7 * solid.extent).all(axis=0)
+    elements, local = owners(solid, facets[on])
+    of_facet = np.array(RefTet.facets)[local].T  # (3, m) of the four corners
+    corners = mesh.t[of_facet, elements]
     edges = np.sort(mesh.edges, axis=0)
     keys = edges[0].astype(np.int64) * mesh.nvertices + edges[1]
     order = np.argsort(keys)
@@ -98,7 +100,7 @@ def follower_pressure(solid: Solid, side: int, height: float, pressure: float, h
     values = [element.lbasis(where, a) for a in range(6)]
     shape = np.array([value for value, _ in values])
     by_s, by_t = (np.array([np.broadcast_to(slope[c], weight.shape) for _, slope in values]) for c in (0, 1))
-    x, y = solid.box.doflocs[:2, nodes.T[:3]]
+    x, y = box.p[:2, box.t[of_facet, elements]]
     turned = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
     outward = side * np.sign(turned)
     return FollowerPressure(pressure, np.array(history), nodes, outward, mesh.doflocs.T, shape, by_s, by_t, weight)

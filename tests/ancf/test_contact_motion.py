@@ -156,6 +156,20 @@ def test_rigid_plate_on_a_ball_and_on_a_drum():
         assert result.contact.force[-1, 0, 2] == pytest.approx(force, rel=0.01)  # 40 points a side, 16 inside
 
 
+def test_statics_begins_in_balance_with_what_the_plate_lies_in():
+    """Clamped at one edge, 10 mm inside a ball: pushed out of it before any load acts, as it is at the end."""
+    result = plate(
+        {"shape": {"kind": "sphere", "centre": [1.0, 0.5, -1.015], "radius": 1.0}},
+        {"kind": "static", "every": 1.0},
+        {"mesh": [2, 2], "time_step": 1.0},
+        supports=[{"kind": "clamp", "edge": "x0"}],
+        material={"kind": "svk", "youngs_modulus": 1e7, "poissons_ratio": 0.0},
+    )
+    first, last = result.contact.force[:, 0, 2]
+    assert result.status == "ok" and first == pytest.approx(last, rel=1e-6) and last > 1.0
+    np.testing.assert_allclose(result.displacement[0], result.displacement[1], rtol=1e-6)
+
+
 def test_flying_plate_keeps_its_angular_momentum_about_a_smooth_ball():
     """Forces along the mean normals have no moment about the centre: the axis of the ball's centre and any spin."""
     centre = np.array([0.3, 0.4, -0.6])

@@ -35,6 +35,14 @@ def test_a_uniform_deformation_has_its_own_determinant(element, volumetric):
     assert at(own, (0.3, 0.1, 0.05)).at(q) == pytest.approx(np.linalg.det(A), rel=1e-9)
 
 
+@pytest.mark.parametrize("volumetric", ["relaxed", "full"])
+def test_material_turned_inside_out_has_a_negative_ratio(element, volumetric):
+    """The law sees C = F^T F alone, in which a reflection leaves no trace."""
+    own = plate(element, RUBBER, volumetric=volumetric)
+    q = (own.mesh.vectors * (-1.02, 1.0, 1.0)).ravel()
+    assert at(own, (0.3, 0.1, 0.0)).at(q) < -0.9
+
+
 def test_a_st_venant_kirchhoff_plate_has_det_f_of_its_position():
     own = plate("enriched", from_engineering(2e6, 0.3))
     assert at(own, (0.1, 0.1, 0.0)).at(1.1 * own.mesh.vectors.ravel()) == pytest.approx(1.331, rel=1e-12)

@@ -49,7 +49,7 @@ def system_of(
     solid: Solid, held=None, loads=(), young: float = 1e6, poisson: float = 0.3, density: float = 1000.0
 ) -> System:
     """The solid as a System; `held` is a mask (n,) of fixed nodes."""
-    count = solid.box.doflocs.shape[1]
+    count = solid.places.shape[1]
     held = np.zeros(count, dtype=bool) if held is None else held
     table, mass = tabulate(solid, 4), scalar_mass(solid, density)
     where = pattern(table.nodes, held)

@@ -44,6 +44,14 @@ def test_quarter_half_and_whole_are_one_tire():
     assert found["quarter"]["force"] > 0
 
 
+def test_inflation_and_deflection_each_raise_the_axle_load():
+    """Statics with the beads held: a rim that is lifted carries nothing, a lower one more, and more with inflation."""
+    lifted, plain, inflated = (
+        runs.pressed(*told, mesh=[4, 2])["load"] for told in ((-0.01, 0.0), (0.02, 0.0), (0.02, 2e5))
+    )
+    assert lifted == 0.0 and 1e4 < plain < inflated
+
+
 def _run(size: float, solver: str, error: float, seconds: float, **more) -> Outcome:
     """A run whose path and numbers differ from a half sine and 1 by `error`."""
     told = {"solver": "reference", "size": size} if solver == "reference" else {"mesh": page.MESH}
@@ -61,6 +69,11 @@ def _unit(name: str, values: dict, **arguments) -> Outcome:
     return Outcome(Asked(name, arguments), Measured(name, arguments, "ok", values))
 
 
+def _held(load: float, **told) -> Outcome:
+    values = {"load": load, "footprint": 0.3, "unknowns": 9, "iterations": 9, "ratio": 0.99, "cpu_seconds": 1.0}
+    return _unit("pressed", values, deflection=page.DEFLECTION, inflation=page.INFLATION, **told)
+
+
 def _found() -> dict[str, list[Outcome]]:
     solids = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (1.0, 0.5, 0.25)]
     rubber = {"force_us": 8.0, "tangent_us": 70.0, "force_us_plain": 4.0, "tangent_us_plain": 30.0}
@@ -72,6 +85,7 @@ def _found() -> dict[str, list[Outcome]]:
         "drop": [*solids, _run(0.3, "ancf", -0.025, 20.0)],
         "print": [],
         "saved": parts,
+        "pressed": [_held(100.0), _held(98.0, solver="reference", size=0.2)],
         "hard": [_run(0.3, "ancf", 0.0, 1.0, energy_residual=9.0)],
         "rubber": [_unit("rubber", rubber | {"points_per_element": 100.0})],
     }
@@ -83,6 +97,7 @@ def test_the_page_finds_the_limit_its_errors_and_the_cost_at_equal_error(tmp_pat
     assert judged["height_difference_percent"].value == pytest.approx(2.5, rel=1e-6)
     assert judged["peak_force_percent"].value == pytest.approx(2.5, rel=1e-6) and judged["peak_force_percent"].met
     assert judged["cost_ratio"].value == pytest.approx(400 / 20.0, rel=1e-6)
+    assert judged["static_load_percent"].value == pytest.approx(100 * 2 / 98)
     assert judged["tangent_us"].met is False and judged["force_us"].met
     assert judged["hard_cases_failed"].value == 1  # its energy drifts by 9 % under the name ok
     path = study.publish(_found(), "quick", tmp_path)

@@ -22,6 +22,7 @@ LEAD = (
 MESH = [12, 5]  # of the quarter: 24 x 10 elements of the whole tire
 FIT = [0.4]  # thicknesses beside the edges of grooves, where grid lines lie as well as on them
 LINED = [12, 4]  # with those lines 12 x 8: 24 x 16 of the whole tire
+DEFLECTION, INFLATION = 0.04, 3e5  # m and Pa of the comparison with the beads held
 LIMIT = "the reference's extrapolated ladder"
 NUMBERS = ("travel", "peak_force", "footprint")
 
@@ -44,6 +45,7 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
         *_rubber(found["rubber"][0]),
         _energy(found),
         _symmetry(found["saved"]),
+        *_stiffness(found["pressed"]),
         _hard(found["hard"]),
     ]
 
@@ -155,6 +157,31 @@ def _symmetry(outcomes: Sequence[Outcome]) -> Figure:
     return at_most("symmetry_percent", label, value, "%", 0.1, against=against, form=".1e")
 
 
+def _stiffness(outcomes: Sequence[Outcome]) -> list[Figure]:
+    """Axle load and footprint at one deflection against the finest solid's, as figures without a bar."""
+    both = [
+        o
+        for o in outcomes
+        if (o.asked.arguments["deflection"], o.asked.arguments["inflation"]) == (DEFLECTION, INFLATION)
+    ]
+    plates = [o for o in both if "solver" not in o.asked.arguments and o.ok]
+    solids = sorted(
+        (o for o in both if "solver" in o.asked.arguments and o.ok), key=lambda o: o.asked.arguments["size"]
+    )
+    made = []
+    for key, label in (("load", "Axle load"), ("footprint", "Footprint under it")):
+        value, note = None, ""
+        if plates and solids:
+            signed = 100 * (plates[0].get(key) / solids[0].get(key) - 1)
+            value, note = abs(signed), f"{signed:+.2f} %; solids, fine to coarse: "
+            note += ", ".join(f"{o.get(key):,.4g}" for o in solids) + "."
+        words = f"{label} at {DEFLECTION:g} m and {INFLATION / 1e5:g} bar, beads held, 24 x 16 with lines"
+        made.append(
+            stated(f"static_{key}_percent", words, value, "%", against="cross-code: the finest solid", note=note)
+        )
+    return made
+
+
 def _hard(outcomes: Sequence[Outcome]) -> Figure:
     bad = [case(o) for o in outcomes if not o.ok or not o.get("finite") or not _named(o)]
     label = "Hard cases that crash, hang, or answer wrong in silence"
@@ -239,6 +266,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
     if "long" in found:
         made.append(Section("long", "Two seconds", _long(found["long"]), "Long run"))
     made += [
+        Section("pressed", "Held by its rim, inflated, loaded", _pressed(found["pressed"]), "Axle load"),
         Section("saved", "What was left out, and what that saved", _saved(found["saved"]), "Left out"),
         Section("hard", "Hard cases", _hard_table(found["hard"]), "Hard cases"),
     ]
@@ -364,6 +392,53 @@ def _long(outcomes: Sequence[Outcome]) -> list[Block]:
             )
         )
     return [Table("Energy never rises but by the work of gravity.", RUNS, [row(o) for o in outcomes]), Plots(plots)]
+
+
+PRESSED = (
+    Column("solver", "solver"),
+    Column("inflation", "inflation", ",.0f", "Pa"),
+    Column("deflection", "deflection", ".3f", "m"),
+    Column("load", "axle load", ",.0f", "N"),
+    Column("footprint", "footprint", ".4f", "m²"),
+    Column("ratio", "|J| below", ".4f"),
+    Column("unknowns", "unknowns", ",d"),
+    Column("iterations", "iterations", "d"),
+    Column("cpu_seconds", "CPU", ".2f", "s"),
+    Column("status", "status"),
+)
+
+
+def _pressed(outcomes: Sequence[Outcome]) -> list[Block]:
+    words = [
+        "Opt-in, each stated by the scene alone: the beads held as on a rigid rim (clamp), inflation that follows the "
+        "inner face, statics of the weightless tire. The rim comes nearer to the ground than where the tread touches.",
+    ]
+    table = [
+        {column.key: o.get(column.key) for column in PRESSED}
+        | {key: o.asked.arguments[key] for key in ("inflation", "deflection")}
+        | {"solver": o.asked.arguments.get("solver", "ancf"), "status": o.measured.status}
+        for o in outcomes
+    ]
+    lines = []
+    for inflation, role in ((0.0, "ancf exact"), (INFLATION, "ancf")):
+        own = [
+            o
+            for o in outcomes
+            if o.ok and "solver" not in o.asked.arguments and o.asked.arguments["inflation"] == inflation
+        ]
+        x, y = [0.0, *(o.asked.arguments["deflection"] for o in own)], [0.0, *(o.get("load") / 1e3 for o in own)]
+        lines.append(Series(f"plate, {inflation / 1e5:g} bar", role, x, y))
+    solids = [o for o in outcomes if o.ok and "solver" in o.asked.arguments]
+    if solids:
+        x, y = [o.asked.arguments["deflection"] for o in solids], [o.get("load") / 1e3 for o in solids]
+        lines.append(Series("solids", "reference", x, y))
+    labels = ("deflection (m)", "axle load (kN)")
+    plot = history_plot("pressed", "Load and deflection", "Axle load over the rim's way.", labels, lines, None)
+    return [
+        Text(words),
+        Table("Axle load and footprint.", PRESSED, table),
+        Plots([(plot, "Axle load over deflection.")]),
+    ]
 
 
 SAVED = (

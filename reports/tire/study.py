@@ -51,6 +51,7 @@ def units(budget: str) -> list[tuple[str, Asked]]:
         ("print", Asked(f"{RUNS}.footprint", {"mesh": FITTED[budget][-1], "fit": page.FIT, "points": [7, 5, 3]}))
     )
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
+    found += [("pressed", asked) for asked in _pressed(budget)]
     found += [("hard", asked) for asked in _hard(budget)]
     found.append(("rubber", Asked(f"{RUNS}.rubber", {"mesh": [12, 5]})))
     return found
@@ -58,6 +59,17 @@ def units(budget: str) -> list[tuple[str, Asked]]:
 
 def _drop(**arguments: Any) -> Asked:
     return Asked(f"{RUNS}.drop", {**arguments, "until": UNTIL})
+
+
+def _pressed(budget: str) -> Iterator[Asked]:
+    """Load-deflection curves with and without inflation, and one point of them by the solid."""
+    for inflation in (0.0, page.INFLATION):
+        for deflection in (0.01, 0.02, page.DEFLECTION, 0.06):
+            told = {"deflection": deflection, "inflation": inflation, "mesh": page.LINED, "fit": page.FIT}
+            yield Asked(f"{RUNS}.pressed", told)
+    for size in SIZES[budget][:3]:
+        told = {"deflection": page.DEFLECTION, "inflation": page.INFLATION, "solver": "reference", "size": size}
+        yield Asked(f"{RUNS}.pressed", told)
 
 
 def _hard(budget: str) -> Iterator[Asked]:

@@ -1,4 +1,6 @@
-"""ANCF plates with grooves by subdomain integration (He, Patel, Shabana). NumPy and SciPy, but for run.py, words.py.
+"""ANCF plates with grooves by subdomain integration (He, Patel, Shabana).
+
+NumPy and SciPy, numba for rubber alone; run.py and words.py read the scene.
 
 Index letters of array shapes, used in every docstring and einsum of this package:
 

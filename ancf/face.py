@@ -14,8 +14,9 @@ import scipy.sparse as sp
 
 from ancf.assembly import Assembly, MixedAssembly
 from ancf.functional import interpolation
-from ancf.mesh import Mesh
-from ancf.subdomain import Band, element_rule, thickness_range
+from ancf.mesh import Cell, Mesh
+from ancf.quadrature import gauss, onto_cell, tensor
+from ancf.subdomain import BOTTOM, Feature, face_rule, thickness_range
 
 SHIFT = 1e-6  # of the thickness: difference that the slope of a face is taken from
 
@@ -68,7 +69,7 @@ class Face:
 
 def face(
     mesh: Mesh,
-    bands: Sequence[Band],
+    bands: Sequence[Feature],
     thickness: float,
     counts: tuple[int, int],
     side: int,
@@ -88,30 +89,31 @@ def face(
 
 
 def _of_element(mesh: Mesh, e: int, bands, thickness: float, counts, side: int, integration: str):
-    """Points (q, 3) of an element and the area (q,) of its undeformed face that each stands for.
-
-    A rule with one point through the thickness has the weights of its plane times the thickness there.
-    """
-    columns = element_rule(mesh.cells[e], bands, thickness, (*counts, 1), integration)
-    x, y, _ = columns.points.T
-    z_range = thickness_range(bands, thickness, x, y)
-    z = z_range[0] if side < 0 else z_range[1]
-    points = np.column_stack([x, y, z])
-    weights = columns.weights / (z_range[1] - z_range[0])
+    """Points (q, 3) of an element and the area (q,) of its undeformed face that each stands for."""
+    plane, z = _rule(mesh.cells[e], bands, thickness, counts, side, integration)
+    points = np.column_stack([plane.points, z])
     (x0, x1), (y0, y1) = mesh.cells[e]
     shape, vectors = mesh.element(e)
     S_p = shape.evaluate(points - (x0, y0, 0.0), (x1 - x0, y1 - y0))[1]
     J = np.einsum("ic,qip->qpc", mesh.vectors[vectors], S_p)
-    slopes = _slopes(bands, thickness, x, y, side)
+    slopes = _slopes(bands, thickness, *plane.points.T, side)
     along_x, along_y = (J[:, axis] + slopes[axis][:, None] * J[:, 2] for axis in (0, 1))
-    return points, weights * np.linalg.norm(np.cross(along_x, along_y), axis=1)
+    return points, plane.weights * np.linalg.norm(np.cross(along_x, along_y), axis=1)
 
 
-def _slopes(bands: Sequence[Band], thickness: float, x: np.ndarray, y: np.ndarray, side: int) -> list[np.ndarray]:
+def _rule(cell: Cell, bands: Sequence[Feature], thickness: float, counts, side: int, integration: str):
+    """Rule in (x, y) over a cell, by subdomain or on one grid, and the z (q,) of the face there."""
+    if integration == "subdomain":
+        return face_rule(cell, bands, thickness, counts, side)
+    plane = onto_cell(tensor(*map(gauss, counts)), cell)
+    return plane, thickness_range(bands, thickness, *plane.points.T)[side != BOTTOM]
+
+
+def _slopes(bands: Sequence[Feature], thickness: float, x: np.ndarray, y: np.ndarray, side: int) -> list[np.ndarray]:
     """Slopes (q,) of the face's height along x and y by central differences."""
     h = SHIFT * thickness
     height = [
-        [thickness_range(bands, thickness, x + sign * dx, y + sign * dy)[side > 0] for sign in (1, -1)]
+        [thickness_range(bands, thickness, x + sign * dx, y + sign * dy)[side != BOTTOM] for sign in (1, -1)]
         for dx, dy in ((h, 0.0), (0.0, h))
     ]
     return [(ahead - behind) / (2 * h) for ahead, behind in height]

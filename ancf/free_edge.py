@@ -40,10 +40,17 @@ def strips(mesh: Mesh, thickness: float, edges: Sequence[str]) -> list[Band]:
         outer, inner = (lines[0], lines[1]) if edge[1] == "0" else (lines[-1], lines[-2])
         own = [e for e in range(len(mesh.cells)) if edge in mesh.edges_of(e)]
         side = mesh.edge_lengths[own][:, [1, 3] if axis == 0 else [0, 2]].min()
-        part = REACH * thickness / side
-        if part < LARGEST:
-            found.append(Band(TOP, PROTRUSION, 1 - axis, tuple(sorted((outer, outer + part * (inner - outer)))), 0.0))
-    return found
+        found.append(strip(axis, outer, inner, side, thickness))
+    return [band for band in found if band is not None]
+
+
+def strip(axis: int, outer: float, inner: float, side: float, thickness: float) -> Band | None:
+    """Band of no height between the line `outer` across an axis and where the layer on it ends; None in elements
+    that are hardly wider. side (m): from `outer` to the line `inner`."""
+    part = REACH * thickness / side
+    if part >= LARGEST:
+        return None
+    return Band(TOP, PROTRUSION, 1 - axis, tuple(sorted((outer, outer + part * (inner - outer)))), 0.0)
 
 
 def layer_strains(
@@ -60,7 +67,7 @@ def layer_strains(
     d = sign * (rule.points[:, across] - (low if edge[1] == "0" else high)) * scale
     z = rule.points[:, 2] - rule.weights @ rule.points[:, 2] / rule.weights.sum()
     decay = DECAY * (high - low) * (last - first) / rule.weights.sum()
-    e, e_d = _fading(decay, d, a)
+    e, e_d = fading(decay, d, a)
     s = 2 * (rule.points[:, 1 - across] - first) / (last - first) - 1
     b, b_s = _bubbles(s, degree)
     turn = b * e[:, None]
@@ -69,7 +76,7 @@ def layer_strains(
     return turn / 2, E_12, E_11, turn
 
 
-def _fading(decay: float, d: np.ndarray, a: float) -> tuple[np.ndarray, np.ndarray]:
+def fading(decay: float, d: np.ndarray, a: float) -> tuple[np.ndarray, np.ndarray]:
     """e = sinh(lambda (a - d)) / sinh(lambda a) and its derivative by d, without overflow."""
     near, far, whole = np.exp(-decay * d), np.exp(-decay * (2 * a - d)), -np.expm1(-2 * decay * a)
     return (near - far) / whole, -decay * (near + far) / whole

@@ -10,32 +10,46 @@ so that the layer beyond the floor shears and stretches on its own. The function
 is; where an element has no material beyond the floor, it has no such function. The reference vectors are zero, on
 flat and curved plates alike.
 
+What ends at a groove's wall fades out within a part of the thickness, which an element wider than that cannot
+follow. So where a wall stands on a grid line, a vector on it has a second function: e(d) of `ancf.free_edge`, of
+the distance d from the wall, in place of the linear factor of N across it. On the plate with one groove, 10x10
+elements and nu = 0, these take the error in motion from 0.42 to 0.25 % (0.63 % without layers); as functions of a
+director that fades out on both sides of the wall they bring no more, and with two lengths instead of one 0.01 %.
+
 A mesh carries only those that are asked for; `ancf.refine` finds which are worth their cost. Elements without
 stay as they are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from ancf.free_edge import DECAY, fading, strip
 from ancf.mesh import Mesh, Special
 from ancf.shape import Plate, ShapeValues
-from ancf.subdomain import GROOVE, Feature, Outlined, division, face_rule, thickness_range
+from ancf.subdomain import GROOVE, Band, Feature, Outlined, division, face_rule, thickness_range
 
 DIRECTOR = ("r_z", "d_e")
 KIND = "d_l"
 LEAST = 1e-6  # of the thickness: a layer thinner than this is none
+ON_LINE = 0.01  # of the thickness: a wall this near to a grid line stands on it
+WIDE = 3.0  # times 1 / decay: in a narrower element e and N are so alike that the indicator takes both for one gain
 
 
 class Through(NamedTuple):
-    """T(z) = z - floor beyond the floor on the face (BOTTOM or TOP), zero elsewhere."""
+    """T(z) = z - floor beyond the floor on the face (BOTTOM or TOP), zero elsewhere.
+
+    decay: by parameter, of functions that fade out from the grid line across the axis `across`, else 0.
+    """
 
     face: int
     floor: float
+    across: int = 0
+    decay: float = 0.0
 
     def __call__(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Value and derivative (q,)."""
@@ -87,19 +101,80 @@ class Layered:
 
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
         """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b)."""
-        base = self.base.evaluate(points, size)
-        plane = self.base.evaluate(points * (1, 1, 0) + (0, 0, 1), size)  # at z = 1 a director's function is N
-        i, through = zip(*self.own, strict=True)
-        T, T_z = np.array([function(points[:, 2]) for function in through]).transpose(1, 2, 0)
-        N, (N_x, N_y) = plane.S[:, i], plane.S_p[:, i, :2].transpose(2, 0, 1)
-        S_p = np.stack([N_x * T, N_y * T, N * T_z], axis=2)
-        return ShapeValues(np.hstack([base.S, N * T]), np.concatenate([base.S_p, S_p], axis=1))
+        base, N, N_p = self.base.evaluate(points, size), {}, {}
+        for across, side, decay in dict.fromkeys(self._fade(i, through) for i, through in self.own):
+            N[across, side, decay], N_p[across, side, decay] = self._in_plane(points, size, across, side, decay)
+        S, S_p = [base.S], [base.S_p]
+        for i, through in self.own:
+            (T, T_z), own = through(points[:, 2]), self._fade(i, through)
+            f, (f_x, f_y) = N[own][:, i], N_p[own][:, i].T
+            S.append((f * T)[:, None])
+            S_p.append(np.stack([f_x * T, f_y * T, f * T_z], axis=1)[:, None])
+        return ShapeValues(np.concatenate(S, axis=1), np.concatenate(S_p, axis=1))
+
+    def _fade(self, i: int, through: Through) -> tuple[int, int, float]:
+        """Axis, side (0 or 1) and decay of the line from which function i fades out."""
+        return through.across, self.base.starts[i][through.across] if through.decay else 0, through.decay
+
+    def _in_plane(self, points, size, across: int, side: int, decay: float) -> tuple[np.ndarray, np.ndarray]:
+        """Functions N (q, i) and their derivatives (q, i, 2) by x and y, fading out from a line or as the base has."""
+        flat = points * (1, 1, 0) + (0, 0, 1)  # at z = 1 a director's function is N
+        if not decay:
+            S, S_p = self.base.evaluate(flat, size)
+            return S, S_p[:, :, :2]
+        sign, at = 1 - 2 * side, side * size[across]
+        e, e_d = fading(decay, sign * (flat[:, across] - at), size[across])
+        flat[:, across] = at
+        S, S_p = self.base.evaluate(flat, size)
+        N_p = S_p[:, :, :2] * e[:, None, None]
+        N_p[:, :, across] = S * (sign * e_d)[:, None]
+        return S * e[:, None], N_p
 
 
 def layer_vectors(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> list[LayerVector]:
-    """Every layer vector the bands give reason for: each floor at each vector of the director."""
-    throughs = list(dict.fromkeys(_through(band, thickness) for band in bands))
-    return [LayerVector(int(v), through) for v in np.flatnonzero(np.isin(mesh.kinds, DIRECTOR)) for through in throughs]
+    """Every layer vector the bands give reason for: each floor at each vector of the director, walls at those on it."""
+    directors = np.flatnonzero(np.isin(mesh.kinds, DIRECTOR))
+    throughs = dict.fromkeys(_through(band, thickness) for band in bands)
+    found = dict.fromkeys(LayerVector(int(v), through) for v in directors for through in throughs)
+    for band in bands:
+        for across, line, decay in _walls(mesh, band, thickness):
+            through = _through(band, thickness)._replace(across=across, decay=decay)
+            on = directors[mesh.parameters[directors, across] == line]
+            found |= dict.fromkeys(LayerVector(int(v), through) for v in on)
+    return list(found)
+
+
+def _walls(mesh: Mesh, band: Feature, thickness: float) -> Iterator[tuple[int, float, float]]:
+    """Axis across, grid line and decay by parameter of a band's walls where the layer beside them is wide enough."""
+    for across in (0, 1) if isinstance(band, Band) and not band.is_curved else ():
+        lines = (mesh.x_lines, mesh.y_lines)[across]
+        metres = (mesh.edge_lengths[:, [1 - across, 3 - across]].mean(axis=1) / _sizes(mesh, across)).mean()
+        decay = float(DECAY / thickness * metres)
+        for limit, outward in zip(band.limits(across), (-1, 1), strict=True):
+            k = int(np.abs(lines - limit).argmin())
+            beside = k + (outward if band.sign == GROOVE else -outward)
+            on_line = abs(lines[k] - limit) * metres <= ON_LINE * thickness
+            if on_line and 0 <= beside < len(lines) and abs(lines[beside] - lines[k]) * decay >= WIDE:
+                yield across, float(lines[k]), decay
+
+
+def _sizes(mesh: Mesh, axis: int) -> np.ndarray:
+    """Sizes (e,) of the elements in the parameter of an axis."""
+    return np.diff((mesh.x_lines, mesh.y_lines)[axis])[mesh.corners[:, axis]]
+
+
+def wall_strips(mesh: Mesh, thickness: float) -> list[Band]:
+    """Bands of no height along walls, which divide the elements there where the functions that fade out end."""
+    found = {}
+    for e, (shape, _) in mesh.special.items():
+        for i, through in shape.own:
+            if through.decay:
+                across, side = through.across, shape.base.starts[i][through.across]
+                ends = mesh.cells[e][across]
+                outer, inner = ends if side == 0 else ends[::-1]
+                metres = abs(inner - outer) * through.decay * thickness / DECAY
+                found[across, outer, inner] = strip(across, outer, inner, metres, thickness)
+    return [band for band in found.values() if band is not None]
 
 
 def _through(band: Feature, thickness: float) -> Through:

@@ -20,7 +20,7 @@ from ancf.subdomain import regions
 INWARD = 1e-7  # of a strip: its sides are looked at from inside
 THIN = 1e-9  # of the plate: what is narrower is not drawn
 MEETING = 1e-6  # of a side: ordinates this near to each other are one
-SAME = 1e-9  # of the thickness: heights this near to each other have no wall between them
+SAME = 5e-3  # of the thickness: heights this near to each other have no wall between them
 
 
 class Column(NamedTuple):

@@ -14,10 +14,11 @@ from itertools import pairwise
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as spl
 
+from ancf.assembly import Pattern
 from ancf.feature import Feature
 from ancf.layer import KIND
+from ancf.linear_solver import LinearSolver
 from ancf.system import System
 
 NEAR = 0.5  # of the even spacing: an even line this near to a band's edge gives way to it
@@ -118,9 +119,10 @@ class _Problem:
 
     def gains(self, found: np.ndarray) -> np.ndarray:
         """r^T k^-1 r / 2 (n,) of every layer vector where those found are in use, summed over the loads."""
-        free = np.concatenate([self.base, self.unknowns[found].ravel()])
-        K = sp.csc_matrix(self.K[free][:, free])
+        free = np.sort(np.concatenate([self.base, self.unknowns[found].ravel()]))  # in the mesh's order: a narrow band
+        K = sp.tril(self.K[free][:, free], format="csc")
+        K.sort_indices()
         u = np.zeros_like(self.F)
-        u[free] = spl.splu(K, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(self.F[free])
+        u[free] = LinearSolver(Pattern(K.indptr, K.indices)).factorise(K.data)(self.F[free])
         r = (self.F - self.K @ u)[self.unknowns]
         return 0.5 * np.einsum("nal,nal->n", r, np.linalg.solve(self.blocks, r))

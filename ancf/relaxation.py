@@ -21,67 +21,135 @@ With f = dU/dQ at fixed beta, the tangent is that of the moduli without the norm
 
 from __future__ import annotations
 
-from typing import Protocol
-
 import numpy as np
 
-from ancf.material import MooneyRivlin
-from ancf.rubber import Six, State, scalars, state
+from ancf.rubber import AB, cofactors, compiled, factors
 
 MOST = 25  # iterations
 CLOSE = 1e-7  # change of e whose square no longer counts
 LEAST = 0.2  # of J^2, that is left by one iteration
 
 
-class Sums(Protocol):
-    """Points by element, as `hyperelastic.Portion` has them; b_k / |g_z|^2 stands for b."""
+@compiled
+def relax(law, C, volume, b):
+    """Add the relaxed part 2 e to C33 of elements; not a number where there is none.
 
-    volume: np.ndarray
-
-    def moments(self, values: np.ndarray) -> np.ndarray:
-        """sum b_k values (4, e) of values (points,)."""
-
-    def second_moments(self, values: np.ndarray) -> np.ndarray:
-        """sum b_k b_l values (e, 4, 4)."""
-
-    def bilinear(self, beta: np.ndarray) -> np.ndarray:
-        """sum_k b_k beta_k (points,) of beta (4, e)."""
-
-
-def relaxed(material: MooneyRivlin, C: Six, points: Sums) -> State:
-    """State of the strain with its relaxed part; not a number where there is none.
-
-    C: right Cauchy-Green tensor of the displacement, n its third direction; det C, I1 and I2 are linear in C33.
+    law (mu10, mu01, bulk); C (e, 6, q) of the displacement, n its third direction; volume (q,); b (4, q), over
+    |g_z|^2. det C, I1 and I2 are linear in C33.
     """
-    rest = state(material, C)
-    in_plane, area, e, at = C[0] + C[1], rest.cofactor[2], np.zeros_like(points.volume), rest
-    for _ in range(MOST):
-        inverse = area / at.square
-        S, D = normal_stress(at, in_plane, inverse), normal_modulus(material, at, in_plane, inverse)
-        weight = points.volume / D
-        beta = solved(points.second_moments(weight), points.moments(weight * S - points.volume * e))
-        change = np.maximum((points.bilinear(beta) - S) / D, (LEAST - 1) / 2 / inverse)
-        e += change
-        if not np.abs(change).max() > CLOSE:
-            return state(material, (C[0], C[1], C[2] + 2 * e, *C[3:]))
-        at = at._replace(**scalars(material, rest.I1 + 2 * e, rest.I2 + 2 * in_plane * e, rest.square + 2 * area * e))
-    return state(material, (C[0], C[1], np.full_like(e, np.nan), *C[3:]))
+    points = len(volume)
+    rest, K = np.empty((4, points)), np.empty(6)
+    e, S, D, floor = np.empty(points), np.empty(points), np.empty(points), np.empty(points)
+    H, beta = np.empty((4, 4)), np.empty(4)
+    for own in C:
+        for q in range(points):
+            rest[0, q], rest[1, q], rest[2, q] = cofactors(own, q, K)
+            rest[3, q], e[q] = K[2], 0.0
+        found = False
+        for _ in range(MOST):
+            normal_stress(law, own, rest, e, S, D, floor)
+            balance(volume, b, e, S, D, H, beta)
+            factorise(H)
+            solve(H, beta)
+            largest = 0.0
+            for q in range(points):
+                change = (b[0, q] * beta[0] + b[1, q] * beta[1] + b[2, q] * beta[2] + b[3, q] * beta[3] - S[q]) / D[q]
+                change = floor[q] if change < floor[q] else change
+                e[q] += change
+                largest = max(largest, abs(change))
+            if largest <= CLOSE:
+                found = True
+                break
+        for q in range(points):
+            own[2, q] = own[2, q] + 2.0 * e[q] if found else np.nan
 
 
-def normal_stress(at: State, in_plane: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """S33; in_plane: C11 + C22, inverse: (C^-1)33."""
-    return 2 * at.f1 + 2 * at.f2 * in_plane + at.s * inverse
+@compiled
+def normal_stress(law, C, rest, e, S, D, floor):
+    """Fill S = S33, D = dS33/dE33 and the least change of e that one iteration may make, each (q,)."""
+    mu10, mu01, bulk = law
+    for q in range(len(e)):
+        in_plane = C[0, q] + C[1, q]
+        square = rest[2, q] + 2.0 * rest[3, q] * e[q]
+        I1, I2 = rest[0, q] + 2.0 * e[q], rest[1, q] + 2.0 * in_plane * e[q]
+        _, f1, f2, s, c = factors(mu10, mu01, bulk, I1, I2, square)
+        inverse = rest[3, q] / square  # (C^-1)33
+        S[q] = 2.0 * f1 + 2.0 * f2 * in_plane + s * inverse
+        D[q] = inverse * ((c - 2.0 * s) * inverse - 8.0 / 3.0 * f1 - 16.0 / 3.0 * f2 * in_plane)
+        floor[q] = (LEAST - 1.0) / 2.0 / inverse
 
 
-def normal_modulus(material: MooneyRivlin, at: State, in_plane: np.ndarray, inverse: np.ndarray) -> np.ndarray:
-    """D = dS33/dE33."""
-    c = (4 / 9) * at.f1 * at.I1 + (16 / 9) * at.f2 * at.I2 + material.bulk * (2 * at.square - at.J)
-    return inverse * ((c - 2 * at.s) * inverse - (8 / 3) * at.f1 - (16 / 3) * at.f2 * in_plane)
+@compiled
+def balance(volume, b, e, S, D, H, right):
+    """Fill H (4, 4), its lower triangle, and the right side (4,) of the equations for beta."""
+    H[:], right[:] = 0.0, 0.0
+    for q in range(len(e)):
+        weight = volume[q] / D[q]
+        moment = weight * S[q] - volume[q] * e[q]
+        for k in range(4):
+            right[k] += b[k, q] * moment
+            for l in range(k + 1):
+                H[k, l] += b[k, q] * b[l, q] * weight
 
 
-def solved(H: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """H^-1 right (4, e) of H (e, 4, 4); not a number where H has no inverse."""
-    try:
-        return np.linalg.solve(H, right.T[..., None])[..., 0].T
-    except np.linalg.LinAlgError:
-        return np.full_like(right, np.nan)
+@compiled
+def factorise(H):
+    """Replace the lower triangle of H (4, 4) by L D L^T: D on the diagonal, L below; D may have any sign."""
+    for k in range(4):
+        for l in range(k):
+            for m in range(l):
+                H[k, l] -= H[k, m] * H[l, m]  # here H[k, m] is still L D
+        for l in range(k):
+            scaled = H[k, l] / H[l, l]
+            H[k, k] -= scaled * H[k, l]
+            H[k, l] = scaled
+
+
+@compiled
+def solve(H, right):
+    """Replace right (4,) by the solution, H factorised."""
+    for k in range(4):
+        for l in range(k):
+            right[k] -= H[k, l] * right[l]
+    for k in range(4):
+        right[k] /= H[k, k]
+    for k in range(3, -1, -1):
+        for l in range(k + 1, 4):
+            right[k] -= H[l, k] * right[l]
+
+
+@compiled
+def add_low_rank(H, L, upper, lower):
+    """Add L^T H^-1 L to packed tangents; see `ancf.packing` for the order of their entries.
+
+    H (e, 4, 4), overwritten; L (e, 3, 4, i), overwritten; upper (e, 6, m), lower (e, 3, c).
+    """
+    n = L.shape[3]
+    crossed = n * (n - 1) // 2
+    Y = np.empty((3, 4, n))
+    for e in range(len(H)):
+        factorise(H[e])
+        for a in range(3):
+            for k in range(4):
+                for l in range(k):
+                    for i in range(n):
+                        L[e, a, k, i] -= H[e, k, l] * L[e, a, l, i]
+            for k in range(4):
+                for i in range(n):
+                    Y[a, k, i] = L[e, a, k, i] / H[e, k, k]
+        for d in range(6):
+            a, b = AB[d]
+            X, Z = L[e, a], Y[b]
+            for i in range(n):
+                upper[e, d, crossed + i] += product(X, i, Z, i)
+                begin = i * n - i * (i + 1) // 2 - i - 1  # of the pairs (i, k), less k = i + 1
+                for k in range(i + 1, n):
+                    upper[e, d, begin + k] += product(X, i, Z, k)
+                    if d > 2:
+                        lower[e, d - 3, begin + k] += product(X, k, Z, i)
+
+
+@compiled
+def product(X, i, Z, k):
+    """Sum of X_li Z_lk over the four l."""
+    return X[0, i] * Z[0, k] + X[1, i] * Z[1, k] + X[2, i] * Z[2, k] + X[3, i] * Z[3, k]

@@ -1,84 +1,194 @@
-"""The Mooney-Rivlin law at very many points, component by component: the fast twin of `ancf.material`.
+"""The Mooney-Rivlin law at the points of many elements, compiled: the fast twin of `ancf.material`.
 
-A symmetric tensor is six arrays of equal shape in the order of VOIGT, its components (not doubled). Arrays of few
-operations on many points run at the speed of memory; the formulas are those of `material.MooneyRivlin`.
+The formulas are those of `material.MooneyRivlin`. Symmetric tensors have their six components (not doubled) in the
+order of VOIGT. Arrays of an element have its points q last: F (3, 3, q), C (6, q). With the second Piola-Kirchhoff
+stress S and the moduli dS/dE = C_prst, forces and tangents need
+
+    T_ap = F_ar S_rp dV    and    A_apbt = (S_pt delta_ab + F_ar C_rpst F_bs) dV.
+
+Every loop over points is one pass of a few hundred operations; as array expressions each of them would be a pass.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
+from numba import njit
 
-from ancf.material import MooneyRivlin
+from ancf.packing import DIRECTIONS
 
-VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-Six = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-
-
-class State(NamedTuple):
-    """C, its cofactors, I2, det C = J^2, and f1, f2, s, c of `material.MooneyRivlin`, at each point."""
-
-    C: Six
-    cofactor: Six
-    I1: np.ndarray
-    I2: np.ndarray
-    J: np.ndarray
-    square: np.ndarray
-    f1: np.ndarray
-    f2: np.ndarray
-    s: np.ndarray
+VOIGT = np.array([(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)])
+OF = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # place of (p, r) in VOIGT
+AB = np.array(DIRECTIONS)
+FAST = {"reassoc", "contract", "nsz"}  # may regroup sums; NaN and infinity keep their meaning
+compiled = njit(cache=True, fastmath=FAST, error_model="numpy")
 
 
-def state(material: MooneyRivlin, C: Six) -> State:
-    """State of a right Cauchy-Green tensor; not a number where its determinant is not positive."""
-    C11, C22, C33, C23, C13, C12 = C
-    K11, K22, K33 = C22 * C33 - C23 * C23, C11 * C33 - C13 * C13, C11 * C22 - C12 * C12
-    K23, K13, K12 = C13 * C12 - C11 * C23, C12 * C23 - C22 * C13, C13 * C23 - C33 * C12
-    square = C11 * K11 + C12 * K12 + C13 * K13
-    scalar = scalars(material, C11 + C22 + C33, K11 + K22 + K33, square)
-    return State(C, (K11, K22, K33, K23, K13, K12), **scalar)
+@compiled
+def add_cauchy_green(F, factor, C):
+    """Add factor F^T F to C (e, 6, q); F (e, 3, 3, q)."""
+    for e in range(len(F)):
+        for m in range(6):
+            p, r = VOIGT[m]
+            for q in range(F.shape[3]):
+                product = F[e, 0, p, q] * F[e, 0, r, q] + F[e, 1, p, q] * F[e, 1, r, q] + F[e, 2, p, q] * F[e, 2, r, q]
+                C[e, m, q] += factor * product
 
 
-def scalars(material: MooneyRivlin, I1: np.ndarray, I2: np.ndarray, square: np.ndarray) -> dict[str, np.ndarray]:
-    """What of a State depends on I1, I2 and det C alone."""
+@compiled
+def cofactors(C, q, K):
+    """Fill K (6,) with the cofactors of C (6, q) at a point; returns I1, I2 and det C = J^2."""
+    C11, C22, C33, C23, C13, C12 = C[0, q], C[1, q], C[2, q], C[3, q], C[4, q], C[5, q]
+    K[0], K[1], K[2] = C22 * C33 - C23 * C23, C11 * C33 - C13 * C13, C11 * C22 - C12 * C12
+    K[3], K[4], K[5] = C13 * C12 - C11 * C23, C12 * C23 - C22 * C13, C13 * C23 - C33 * C12
+    return C11 + C22 + C33, K[0] + K[1] + K[2], C11 * K[0] + C12 * K[5] + C13 * K[4]
+
+
+@compiled
+def factors(mu10, mu01, bulk, I1, I2, square):
+    """J, f1, f2, s and c of `material.MooneyRivlin`; not a number where square, det C, is negative."""
     J = np.sqrt(square)
-    root = np.exp(np.log(square) / -3)  # J^(-2/3)
-    f1, f2 = material.mu10 * root, material.mu01 * root * root
-    s = (-2 / 3) * f1 * I1 - (4 / 3) * f2 * I2 + material.bulk * (square - J)
-    return dict(I1=I1, I2=I2, J=J, square=square, f1=f1, f2=f2, s=s)
+    root = np.exp(np.log(square) / -3.0)  # J^(-2/3)
+    f1, f2 = mu10 * root, mu01 * root * root
+    s = -2.0 / 3.0 * f1 * I1 - 4.0 / 3.0 * f2 * I2 + bulk * (square - J)
+    c = 4.0 / 9.0 * f1 * I1 + 16.0 / 9.0 * f2 * I2 + bulk * (2.0 * square - J)
+    return J, f1, f2, s, c
 
 
-def energy(material: MooneyRivlin, at: State) -> np.ndarray:
-    """Strain energy density W in J/m3."""
-    isochoric = at.f1 * at.I1 + at.f2 * at.I2 - 3 * (material.mu10 + material.mu01)
-    return isochoric + material.bulk / 2 * (at.J - 1) ** 2
+@compiled
+def energy(law, C, volume):
+    """Strain energy (J) of elements: law (mu10, mu01, bulk) in Pa, C (e, 6, q), volume (q,)."""
+    mu10, mu01, bulk = law
+    K, total = np.empty(6), 0.0
+    for e in range(len(C)):
+        for q in range(len(volume)):
+            I1, I2, square = cofactors(C[e], q, K)
+            J, f1, f2, _, _ = factors(mu10, mu01, bulk, I1, I2, square)
+            total += volume[q] * (f1 * I1 + f2 * I2 - 3.0 * (mu10 + mu01) + bulk / 2.0 * (J - 1.0) ** 2)
+    return total
 
 
-def stress(at: State) -> list[np.ndarray]:
-    """Second Piola-Kirchhoff stress S, six arrays in Pa."""
-    inverse, twice = at.s / at.square, 2 * at.f2
-    spherical = 2 * at.f1 + twice * at.I1
-    S = [inverse * K - twice * C for K, C in zip(at.cofactor, at.C, strict=True)]
-    return [spherical + S[0], spherical + S[1], spherical + S[2], *S[3:]]
+@compiled
+def stress_at(C, q, K, I1, f1, f2, inverse, shear, S):
+    """Fill S (6,) at a point, its transverse shears times `shear`; K: cofactors, inverse = s / det C."""
+    for m in range(6):
+        S[m] = inverse * K[m] - 2.0 * f2 * C[m, q]
+        if m < 3:
+            S[m] += 2.0 * f1 + 2.0 * f2 * I1
+    S[3] *= shear
+    S[4] *= shear
 
 
-def moduli(material: MooneyRivlin, at: State) -> list[list[np.ndarray]]:
-    """dS/dE as the upper triangle rows[m][n - m], m <= n in the order of VOIGT, in Pa."""
-    volumetric = material.bulk * (2 * at.square - at.J)
-    c = (4 / 9) * at.f1 * at.I1 + (16 / 9) * at.f2 * at.I2 + volumetric
-    inverse = [K / at.square for K in at.cofactor]
-    y, spherical = (8 / 3) * at.f2, (-4 / 3) * at.f1 - (8 / 3) * at.f2 * at.I1
-    half = [y * C + c / 2 * inv for C, inv in zip(at.C, inverse, strict=True)]
-    half[:3] = [spherical + h for h in half[:3]]
-    rows = [[half[m] * inverse[n] + inverse[m] * half[n] for n in range(m, 6)] for m in range(6)]
-    of = {pair: m for m, pair in enumerate(VOIGT)} | {pair[::-1]: m for m, pair in enumerate(VOIGT)}
-    for m, (p, r) in enumerate(VOIGT):
-        for n, (q, t) in list(enumerate(VOIGT))[m:]:
-            one, other = inverse[of[p, q]] * inverse[of[r, t]], inverse[of[p, t]] * inverse[of[r, q]]
-            rows[m][n - m] -= at.s * (one + other)
-    for m in range(3):
-        for n in range(m + 1, 3):
-            rows[m][n - m] += 4 * at.f2
-        rows[m + 3][0] -= 2 * at.f2
-    return rows
+@compiled
+def pushed(F, q, S, weight, T):
+    """Fill T_ap (3, 3, q) = F_ar S_rp weight at a point."""
+    for a in range(3):
+        x, y, z = weight * F[a, 0, q], weight * F[a, 1, q], weight * F[a, 2, q]
+        T[a, 0, q] = x * S[0] + y * S[5] + z * S[4]
+        T[a, 1, q] = x * S[5] + y * S[1] + z * S[3]
+        T[a, 2, q] = x * S[4] + y * S[3] + z * S[2]
+
+
+@compiled
+def stresses(law, shear, F, C, volume, T):
+    """Fill T (e, 3, 3, q) in N m; C (e, 6, q) may hold more than F^T F."""
+    mu10, mu01, bulk = law
+    K, S = np.empty(6), np.empty(6)
+    for e in range(len(C)):
+        for q in range(len(volume)):
+            I1, I2, square = cofactors(C[e], q, K)
+            _, f1, f2, s, _ = factors(mu10, mu01, bulk, I1, I2, square)
+            stress_at(C[e], q, K, I1, f1, f2, s / square, shear, S)
+            pushed(F[e], q, S, volume[q], T[e])
+
+
+@compiled
+def moduli_at(C, q, K, I1, f1, f2, s, c, square, shear, M):
+    """Fill M (6, 6) with dS/dE at a point, rows and columns of transverse shears times `shear`."""
+    half = np.empty(6)
+    for m in range(6):
+        K[m] /= square  # C^-1 from here on
+        half[m] = 8.0 / 3.0 * f2 * C[m, q] + c / 2.0 * K[m]
+        if m < 3:
+            half[m] += -4.0 / 3.0 * f1 - 8.0 / 3.0 * f2 * I1
+    for m in range(6):
+        p, r = VOIGT[m]
+        for n in range(m, 6):
+            a, b = VOIGT[n]
+            value = half[m] * K[n] + K[m] * half[n] - s * (K[OF[p, a]] * K[OF[r, b]] + K[OF[p, b]] * K[OF[r, a]])
+            if m < 3 and n < 3 and m != n:
+                value += 4.0 * f2
+            if m == n and m > 2:
+                value -= 2.0 * f2
+            if m == 3 or m == 4:
+                value *= shear
+            if n == 3 or n == 4:
+                value *= shear
+            M[m, n] = M[n, m] = value
+
+
+@compiled
+def elasticity_at(F, q, S, M, weight, even, odd):
+    """Fill A of `elasticity` at a point."""
+    FM = np.empty((3, 3, 6))
+    for a in range(3):
+        x, y, z = weight * F[a, 0, q], weight * F[a, 1, q], weight * F[a, 2, q]
+        for n in range(6):
+            FM[a, 0, n] = x * M[0, n] + y * M[5, n] + z * M[4, n]
+            FM[a, 1, n] = x * M[5, n] + y * M[1, n] + z * M[3, n]
+            FM[a, 2, n] = x * M[4, n] + y * M[3, n] + z * M[2, n]
+    for d in range(6):
+        a, b = AB[d]
+        x, y, z = F[b, 0, q], F[b, 1, q], F[b, 2, q]
+        for j in range(6):
+            p, t = VOIGT[j]
+            one = FM[a, p, OF[t, 0]] * x + FM[a, p, OF[t, 1]] * y + FM[a, p, OF[t, 2]] * z
+            if d < 3:
+                even[d, j, q] = one + weight * S[j]
+            elif j < 3:
+                even[d, j, q] = one
+            else:
+                other = FM[a, t, OF[p, 0]] * x + FM[a, t, OF[p, 1]] * y + FM[a, t, OF[p, 2]] * z
+                even[d, j, q] = 0.5 * (one + other)
+                odd[d - 3, j - 3, q] = 0.5 * (one - other)
+
+
+@compiled
+def elasticity(law, shear, condensed, F, C, volume, even, odd, T, compliance):
+    """Fill the parts of A, even (e, 6, 6, q) and odd (e, 3, 3, q) in (p, t), in N m, by the DIRECTIONS (a, b).
+
+    condensed: take the normal stress out of the moduli, and fill T (e, 3, 3, q) = F_ar (n n : C)_rp / D dV and
+    compliance (e, q) = dV^2 / D / dV, D = n n : C : n n, of `ancf.relaxation`.
+    """
+    mu10, mu01, bulk = law
+    K, S, M, unit = np.empty(6), np.empty(6), np.empty((6, 6)), np.empty(6)
+    for e in range(len(C)):
+        for q in range(len(volume)):
+            I1, I2, square = cofactors(C[e], q, K)
+            _, f1, f2, s, c = factors(mu10, mu01, bulk, I1, I2, square)
+            stress_at(C[e], q, K, I1, f1, f2, s / square, shear, S)
+            moduli_at(C[e], q, K, I1, f1, f2, s, c, square, shear, M)
+            if condensed:
+                compliance[e, q] = volume[q] / M[2, 2]
+                for n in range(6):
+                    unit[n] = M[2, n] / M[2, 2]
+                pushed(F[e], q, unit, volume[q], T[e])
+                for m in range(6):
+                    for n in range(6):
+                        if m != 2:
+                            M[m, n] -= M[m, 2] * unit[n] if n != 2 else 0.0
+                for n in range(6):
+                    M[2, n] = M[n, 2] = 0.0
+            elasticity_at(F[e], q, S, M, volume[q], even[e], odd[e])
+
+
+@compiled
+def combine(upper, lower):
+    """Sum and difference: upper (e, 6, m) holds products even in (p, t), lower (e, 3, c) odd ones.
+
+    Those of the pairs i < k in the directions a < b become the entries (ia, kb) and (ka, ib).
+    """
+    for e in range(len(lower)):
+        for d in range(3):
+            for j in range(lower.shape[2]):
+                even, odd = upper[e, d + 3, j], lower[e, d, j]
+                upper[e, d + 3, j], lower[e, d, j] = even + odd, even - odd

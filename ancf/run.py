@@ -417,7 +417,8 @@ def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | Edge
 def _obstacles(scene: Scene, level: AncfLevel, mesh: Mesh, bands, acting: System) -> contact.Contact:
     """What each obstacle may touch; the code of contact is loaded only here."""
     from ancf import obstacle as rigid
-    from ancf.contact import Contact, Law, Pair
+    from ancf.contact import Contact, Pair
+    from ancf.contact_law import Law
     from ancf.face import face
 
     def body(shape):

@@ -76,6 +76,12 @@ class Plate:
         return self.node_kinds * 4 + self.edge_kinds * 4
 
     @property
+    def starts(self) -> tuple[tuple[int, int], ...]:
+        """The corner of each nodal vector (i,); of an edge's the one where it begins."""
+        ends = [start for _, start in EDGES for _ in self.edge_kinds]
+        return (*(corner for corner in CORNERS for _ in self.node_kinds), *ends)
+
+    @property
     def positions(self) -> tuple[int, ...]:
         """The nodal vectors of an element that are positions."""
         return tuple(i for i, kind in enumerate(self.kinds) if kind == "r")

@@ -28,7 +28,7 @@ from ancf.outlined import Outlined
 from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
 from ancf.recombination import fewer
 
-GRADING, GRADED = 0.15, 10  # ratio and number of the lines graded toward a knot of a section
+GRADING, GRADED = 0.25, 12  # ratio and number of the lines graded toward a knot of a section
 LINEAR = 2  # points through the thickness that integrate the mass of a field linear in z
 NUDGE = 1e-9  # of a cell's side: how far beside a line a face there is looked at
 

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass
 from ancf.free_edge import strips
-from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form
+from ancf.layer import wall_strips
 from ancf.loads import EdgeMoment, Load
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
@@ -24,12 +24,14 @@ from ancf.subdomain import Feature, element_rule, signature
 
 if TYPE_CHECKING:
     from ancf.contact import Contact
+    from ancf.hyperelastic import HyperelasticElements, SplitElements
+
+    Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
-Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
 Material = SaintVenantKirchhoff | MooneyRivlin
 RELAXED, REDUCED, FULL = "relaxed", "reduced", "full"
 MixedTerms = Sequence[tuple[float, Sequence[np.ndarray]]]
@@ -211,7 +213,7 @@ def body(
     free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
     form_of, first = distinct(mesh, bands, free)
-    divided = [*bands, *strips(mesh, thickness, free)]
+    divided = [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
 
     def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
         return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]
@@ -274,6 +276,8 @@ def _hyperelastic(
     group: _Group, mesh: Mesh, material: MooneyRivlin, volumetric: str, fewer: Sequence[Integrand] | None
 ) -> HyperelasticElements | SplitElements:
     """Elements of Mooney-Rivlin material. fewer: integrands of the reduced volumetric energy."""
+    from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form  # and numba, for rubber alone
+
     shear = SHEAR if mesh.shape.shear is not None and volumetric == RELAXED else 1.0
 
     def elements(law: MooneyRivlin, parts: Sequence[Integrand]) -> HyperelasticElements:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ancf.element import Integrand, integrand
-from ancf.hyperelastic import Form, HyperelasticElements, SplitElements, form
 from ancf.mesh import Mesh
 from ancf.quadrature import NO_PROMISE, Rule
+
+if TYPE_CHECKING:
+    from ancf.hyperelastic import HyperelasticElements
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,15 +44,15 @@ def volume_ratio(mesh: Mesh, elements: object, at: tuple[float, float, float], r
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
     alone = Rule(np.array([at], dtype=float), np.zeros(1), NO_PROMISE)
     point, whole = (integrand(shape, r, cell, mesh.vectors[vectors], enhanced=False) for r in (alone, rule))
-    law = elements.isochoric if isinstance(elements, SplitElements) else elements
-    if not (isinstance(law, HyperelasticElements) and law.relax):
-        return VolumeRatio(vectors, point.G[0], None)
-    one = HyperelasticElements(law.material, (_with(whole, point),), np.zeros(1, dtype=int), True, law.shear)
-    return VolumeRatio(vectors, point.G[0], one)
+    relaxed = _alone(elements, whole, point) if getattr(elements, "relax", False) else None
+    return VolumeRatio(vectors, point.G[0], relaxed)
 
 
-def _with(whole: Integrand, point: Integrand) -> Form:
-    """Form of an element's points and one more behind them."""
+def _alone(elements: HyperelasticElements, whole: Integrand, point: Integrand) -> HyperelasticElements:
+    """The element alone, whose law is that of `elements`: its points and one more behind them."""
+    from ancf.hyperelastic import Form, HyperelasticElements, form  # and numba, for rubber alone
+
     parts = form(whole), form(point)
     G, b = (np.concatenate([getattr(part, name) for part in parts], axis=-1) for name in ("G", "b"))
-    return Form(G, np.concatenate([part.volume for part in parts]), b)
+    one = Form(G, np.concatenate([part.volume for part in parts]), b)
+    return HyperelasticElements(elements.material, (one,), np.zeros(1, dtype=int), True, elements.shear)

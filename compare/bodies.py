@@ -41,16 +41,23 @@ class Body:
         return len(self.data) + len(self.header)
 
 
-def pack(outline: Outline, steps: Sequence[str], shapes: np.ndarray) -> tuple[str, str]:
+def pack(
+    outline: Outline, steps: Sequence[str], shapes: np.ndarray, fields: dict[str, np.ndarray] | None = None
+) -> tuple[str, str]:
     """(header, data) of an outline with its displacements shapes (s, n, 3) at the named steps.
 
-    header: counts, origin (m) and unit (m) of coordinates, unit (m) of displacements, "steps" and "greatest" (m), the
-    largest displacement of each step. data: points (3, n), displacements (s, 3, n), triangles (3, m), edges (2, k).
+    fields: numbers (n,), not negative, to colour the last step by, under their name with its unit. header: counts,
+    origin (m) and unit (m) of coordinates, unit (m) of displacements, "steps" and "greatest" (m), the largest
+    displacement of each step, and of each field its "name", "unit" and "greatest". data: points (3, n), displacements
+    (s, 3, n), fields (f, n), triangles (3, m), edges (2, k).
     """
     shapes = np.asarray(shapes, float)
     points, origin, unit = _quantised(np.asarray(outline.points, float))
     moved, _, moved_unit = _quantised(shapes, np.zeros(3))
-    rows = np.concatenate([points, *moved], axis=1)
+    greatest = {name: float(np.max(values, initial=0.0)) for name, values in (fields or {}).items()}
+    units = {name: high / LEVELS or 1.0 for name, high in greatest.items()}
+    scalars = [np.rint(np.asarray(values) / units[name]).astype(int) for name, values in (fields or {}).items()]
+    rows = np.concatenate([points, *moved, *(column[:, None] for column in scalars)], axis=1)
     distinct, place = np.unique(rows, axis=0, return_inverse=True)
     place = place.ravel()
     triangles, edges = place[np.asarray(outline.triangles)], _edges(place, outline.edges)
@@ -61,6 +68,7 @@ def pack(outline: Outline, steps: Sequence[str], shapes: np.ndarray) -> tuple[st
         "points": len(distinct), "triangles": len(triangles), "edges": len(edges), "wide": index is np.uint32,
         "origin": origin.tolist(), "unit": unit, "moved": moved_unit, "steps": list(steps),
         "greatest": [float(np.linalg.norm(shape, axis=1).max(initial=0.0)) for shape in shapes],
+        "fields": [{"name": name, "unit": units[name], "greatest": high} for name, high in greatest.items()],
     }  # fmt: skip
     data = zlib.compress(b"".join(array.tobytes() for array in arrays), 9)
     return json.dumps(header, allow_nan=False), base64.b64encode(data).decode("ascii")
@@ -70,9 +78,9 @@ def unpack(header: str, data: str) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     """points (n, 3), displacements (s, n, 3) in m, triangles (m, 3) and edges (k, 2) of what `pack` made."""
     about, raw = json.loads(header), zlib.decompress(base64.b64decode(data))
     n, index = about["points"], np.uint32 if about["wide"] else np.uint16
-    count = 3 * n * (1 + len(about["steps"]))
+    vectors, count = 3 * (1 + len(about["steps"])), n * (3 * (1 + len(about["steps"])) + len(about["fields"]))
     numbers = np.cumsum(np.frombuffer(raw, np.int16, count).reshape(-1, n), axis=1, dtype=np.int16).astype(float)
-    fields = numbers.reshape(-1, 3, n).swapaxes(1, 2)
+    fields = numbers[:vectors].reshape(-1, 3, n).swapaxes(1, 2)
     rest = np.frombuffer(raw, index, offset=2 * count)
     parts = np.split(rest, [3 * about["triangles"]])
     triangles, edges = (

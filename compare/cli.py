@@ -190,7 +190,7 @@ def print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], f
 
 def _table(options: argparse.Namespace) -> int:
     entries, rows = solved(with_companions(options.scene), options, options.budget)
-    from compare.table import FORMATS
+    from compare.formats import FORMATS
 
     sys.stdout.write(FORMATS[options.format](rows))
     say_failures(entries)
@@ -354,7 +354,7 @@ def writable(folder: Path) -> Path:
 def print_table(rows: list[dict[str, Any]]) -> None:
     from rich.console import Console
 
-    from compare.table import as_terminal
+    from compare.formats import as_terminal
 
     console = Console(width=max(Console().width, 130))
     for drawn in as_terminal(rows):

@@ -38,7 +38,7 @@ def add(commands: Any) -> None:
 
 
 def _sweep(options: argparse.Namespace) -> int:
-    from compare import cli, progress, study, table
+    from compare import cli, formats, progress, study, table
     from compare.files import write_text
 
     asked = _asked(options.scene, options.budget)
@@ -54,7 +54,7 @@ def _sweep(options: argparse.Namespace) -> int:
         names += [entry.scene.name for entry in table.in_ladders(own)]
         if options.pages:
             cli.print_page(scenes[0], own, table.rows(own), options.out)
-    write_text(options.out / "sweep.csv", table.as_csv(rows, names))
+    write_text(options.out / "sweep.csv", formats.as_csv(rows, names))
     page = importlib.import_module("reports.sweep").publish(names, rows, options.budget, options.out)
     cli.say_failures(entries)
     print(f"{len(asked)} scenes, {len(rows)} rows: {options.out / 'sweep.csv'}\npage: {page}")

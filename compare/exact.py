@@ -107,6 +107,36 @@ def beam_frequency(mode: int, length: float, thickness: float, youngs_modulus: f
     return float(b**2 / (2 * np.pi * length**2) * thickness * np.sqrt(youngs_modulus / (12 * density)))
 
 
+def tube_pressure(stretch: float, ratio: float) -> float:
+    """Pressure over mu that blows an incompressible neo-Hooke tube in plane strain up to `stretch` on its inside.
+
+    ratio: outer over inner radius at rest. In plane strain a Mooney-Rivlin tube is the same but for its mu (Ogden,
+    Non-Linear Elastic Deformations, 1984, section 5.3): p = [ln l - 1 / (2 l^2)] from the outer stretch to the inner.
+
+        >>> round(tube_pressure(2.0, 2.0), 8)  # the published table
+        0.57405357
+    """
+    outer = np.sqrt(1 + (stretch**2 - 1) / ratio**2)
+    return float(np.log(stretch / outer) - (stretch**-2 - outer**-2) / 2)
+
+
+def sphere_pressure(stretch: float, ratio: float, mu10: float, mu01: float) -> float:
+    """Pressure that blows an incompressible Mooney-Rivlin sphere up to `stretch` on its inside (Ogden 1984, 5.3).
+
+    ratio: outer over inner radius at rest. p is the integral of W' / (l^3 - 1) from the outer stretch to the inner,
+    W = mu10 (2 l^2 + l^-4 - 3) + mu01 (l^4 + 2 l^-2 - 3).
+
+        >>> round(sphere_pressure(1.5, 2.0, 0.5, 0.0), 8), round(sphere_pressure(1.5, 2.0, 0.4375, 0.0625), 8)
+        (0.75543312, 0.81292914)
+    """
+    outer = (1 + (stretch**3 - 1) / ratio**3) ** (1 / 3)
+
+    def part(x: float) -> float:
+        return -mu10 * (4 / x + 1 / x**4) + mu01 * (4 * x - 2 / x**2)
+
+    return float(part(stretch) - part(outer))
+
+
 def annulus_deflection(hole: float, nu: float, clamped: bool) -> float:
     """w D / (p R^4) on the rim of a free hole of radius `hole` R in a Kirchhoff disc under uniform pressure.
 

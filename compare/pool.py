@@ -71,7 +71,9 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell) -> Iterator[Ou
         for unit in waiting:
             if not running or used + memory[unit.key] <= SHARE * _physical_mb():
                 waiting.remove(unit)
-                return unit, Task("solve", unit.module, ((unit.scene, unit.level),), folder / f"{unit.key}.npz")
+                return unit, Task(
+                    "solve", unit.module, ((unit.scene, unit.level),), folder / f"{unit.key}.npz", jobs > 1
+                )
         return None
 
     def show(running: list[Job]) -> None:

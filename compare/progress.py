@@ -84,8 +84,9 @@ def _finished(entries: list[Entry]) -> RenderableType:
     from rich.box import SIMPLE
     from rich.table import Table
 
+    from compare.formats import shown
     from compare.study import level_name
-    from compare.table import answer, paper_value, percent, rule, shown, unit
+    from compare.table import answer, paper_value, percent, rule, unit
 
     drawn = Table(box=SIMPLE, pad_edge=False, header_style="bold")
     for heading in ("scene", "variant", "solver", "mesh", "points", "answer", "paper %", "s", "status"):

@@ -228,7 +228,8 @@ class AncfLevel(Part):
     fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
-    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain.
+    most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain. On grid lines
+    that are walls of grooves it may take functions that fade out from them.
     volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
     "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
     bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
+from functools import lru_cache
 from typing import Annotated, Literal
 
 import numpy as np
@@ -25,14 +25,20 @@ class Loop(Part):
     knots: tuple[Number, ...]
     weights: tuple[Positive, ...] | None = None
 
-    @cached_property
+    @property
     def polygon(self) -> np.ndarray:
         """Points (n, 2) along the curve, every knot among them, the first one once: for checks and sketches."""
-        if self.degree == 1:
-            return np.array(self.control_points)[:-1]
-        breaks = np.unique(self.knots)
-        steps = np.linspace(0, 1, SAMPLES, endpoint=False)
-        return nurbs_points(self, (breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel())
+        return _polygon(self)
+
+
+@lru_cache(maxsize=1024)
+def _polygon(loop: Loop) -> np.ndarray:
+    """See `Loop.polygon`; kept beside the loop, whose equality pydantic reads from all that it holds."""
+    if loop.degree == 1:
+        return np.array(loop.control_points)[:-1]
+    breaks = np.unique(loop.knots)
+    steps = np.linspace(0, 1, SAMPLES, endpoint=False)
+    return nurbs_points(loop, (breaks[:-1, None] + np.diff(breaks)[:, None] * steps).ravel())
 
 
 class DepthSurface(Part):

@@ -38,7 +38,7 @@ def sketch(scene: Scene) -> Markup:
     pieces += _probes(scene, plan)
     pieces += _axes(plan, flat)
     total = height + 2 * MARGIN
-    if flat:
+    if flat and not _outlined(scene):
         pieces += _section(scene, plan, scale)
         total += GAP + scale * scene.thickness
     head = Markup(HEAD).format(
@@ -78,9 +78,14 @@ def _text(x: float, y: float, words: str, anchor: str = "middle") -> Markup:
     return Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, anchor, words)
 
 
+def _outlined(scene: Scene) -> bool:
+    """Whether anything on the plate has an outline, which no section shows."""
+    return any(isinstance(band, Outlined) for band in (*scene.grooves, *scene.protrusions))
+
+
 def _bands(scene: Scene, plan: _Plan) -> Iterator[Markup]:
     paint = 'fill="var(--ancf, #0072b2)" fill-opacity="0.22" stroke="var(--ancf, #0072b2)" stroke-dasharray="{}"'
-    if any(isinstance(band, Outlined) for band in (*scene.grooves, *scene.protrusions)):
+    if _outlined(scene):
         yield Markup(f'<clipPath id="plate-{scene.name}">{plan.box(plan.x, plan.y, "")}</clipPath>')
     for band in (*scene.grooves, *scene.protrusions):
         stroke = paint.format("4 3" if band.face == "bottom" else "none")
@@ -204,7 +209,7 @@ def _section(scene: Scene, plan: _Plan, scale: float) -> Iterator[Markup]:
     outline = {face: [(left, 0.0), (left + width, 0.0)] for face in ("top", "bottom")}
     for sign, bands in ((1.0, scene.grooves), (-1.0, scene.protrusions)):
         for band in bands:
-            if not isinstance(band, Outlined) and band.along == "x":
+            if band.along == "x":
                 outline[band.face] += [(left + scale * (a - plan.y[0]), sign * scale * d) for a, d in _profile(band)]
     upper = [(x, top + d) for x, d in sorted(outline["top"], key=lambda p: p[0])]
     lower = [(x, top + thick - d) for x, d in sorted(outline["bottom"], key=lambda p: p[0])]

@@ -31,13 +31,15 @@ class Task:
     """What a worker is asked: kind "solve" (level, path) or "estimate" (levels of several scenes).
 
     solver: dotted name of a module with solve(scene, level, progress) and estimate(scene, level).
-    questions: pairs (Scene, level). path: where the one Result of "solve" goes.
+    questions: pairs (Scene, level). path: where the one Result of "solve" goes. beside: whether other units may run
+    at the same time.
     """
 
     kind: str
     solver: str
     questions: tuple[tuple[Any, Any], ...]
     path: Path | None = None
+    beside: bool = False
 
 
 def main() -> int:
@@ -63,7 +65,8 @@ def main() -> int:
 def solve(module: Any, task: Task, lines: IO[str]) -> None:
     """Solve, up to REPEATS times when cheap, and save the Result with its least wall time.
 
-    Result.seconds becomes the least wall time (s) of the runs, facts["repeats"] their number, and
+    Result.seconds becomes the least wall time (s) of the runs, facts["repeats"] their number,
+    facts["beside"] 1 where another unit may have run at the same time, and
     peak_mb the largest resident size of this process (MiB), interpreter and libraries included.
     """
     from compare.result import save
@@ -75,7 +78,7 @@ def solve(module: Any, task: Task, lines: IO[str]) -> None:
         seconds.append(time.perf_counter() - begin)
         if sum(seconds) >= CHEAP or len(seconds) == REPEATS:
             break
-    facts = {**result.facts, "repeats": len(seconds)}
+    facts = {**result.facts, "repeats": len(seconds), "beside": float(task.beside)}
     save(replace(result, seconds=min(seconds), facts=facts, peak_mb=peak_mb()), task.path)
 
 

@@ -71,8 +71,8 @@ class Spacing:
     """
 
     size: float
-    edges: tuple[tuple[float, float, np.ndarray], ...] = ()
     features: tuple[tuple[float, float, tuple[float, float], tuple[float, float], tuple[float, float]], ...] = ()
+    edges: tuple[tuple[float, float, np.ndarray], ...] = ()
 
 
 def make(plate: Plate, spacing: Spacing, surface: Surface | Revolved | None = None) -> Solid:

@@ -422,7 +422,7 @@ def spacing_of(plate: Plate, size: float) -> Spacing:
             edges += [(RATIO, reach, points)] if len(points) else []
         else:
             places += _feet(band, half, cut)
-    return Spacing(size, edges=tuple(edges), features=tuple((RATIO, reach, *place) for place in places))
+    return Spacing(size, tuple((RATIO, reach, *place) for place in places), tuple(edges))
 
 
 def _edge_points(plate: Plate, shape: Outlined, height: float, apart: float) -> np.ndarray:

@@ -113,7 +113,12 @@ def _timed(entries: Sequence[Entry]) -> str:
     """Of how many runs the wall times are the least."""
     counts = sorted({entry.repeats for entry in entries if entry.ok})
     runs = f"{counts[0]} to {counts[-1]} runs" if len(counts) > 1 else f"{counts[0]} runs" if counts else "no run"
-    return f"Wall time: least of {runs} in one process, one thread; the start of the process is not in it."
+    beside = sum(bool(entry.result.facts.get("beside")) for entry in entries if entry.ok)
+    words = f" {beside} of {len(entries)} may have shared the machine with another run (--jobs 1 --fresh times alone)."
+    return (
+        f"Wall time: least of {runs} in one process, one thread; the start of the process is not in it."
+        f"{words if beside else ''}"
+    )
 
 
 def _failed(entries: Sequence[Entry]) -> list[str]:

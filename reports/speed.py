@@ -97,6 +97,7 @@ def gather(budget: str, tell: Report = lambda measured, seconds: None) -> Found:
     found: Found = {"load": os.getloadavg()[0]}
     found["kernels"] = take("speed_kernels.kernels", mesh=16, seconds=plan["kernel_seconds"])
     found["growth"] = [take("speed_kernels.growth", mesh=n, seconds=plan["kernel_seconds"] / 8) for n in plan["growth"]]
+    found["rubber"] = take("speed_rubber.kernels", seconds=plan["kernel_seconds"])
     found["ancf"] = [
         take("speed_runs.ancf", scene="cantilever_plain", mesh=n, time_step=step, repeats=3 if n <= 16 else 1)
         for n, step in plan["runs"].items()

@@ -2,13 +2,16 @@
 
 import math
 
+import numpy as np
 import pytest
+from scipy.integrate import solve_bvp
 
 from ancf.run import solve
-from compare.exact import elastica_end_moment, elastica_end_shear
+from compare.exact import elastica_end_moment, elastica_end_shear, sphere_pressure, tube_pressure
 from compare.scene import AncfLevel, ReferenceLevel
 from reports.hard_cases import benchmark_tables as tables
 from reports.hard_cases import benchmarks
+from reports.hard_cases.benchmark_rubber import MOONEY
 from reports.hard_cases.benchmark_runs import RUNS, Answer
 from reports.hard_cases.benchmark_scenes import SCENES
 from reports.hard_cases.chapter import Outcome
@@ -102,3 +105,52 @@ def test_a_unit_answers_and_its_cases_are_judged():
     cases = benchmarks.present([Outcome(asked, Measured(asked.name, asked.arguments, "ok", values))]).cases
     assert len(cases) == 10 and all(case.met for case in cases)
     assert max(abs(case.difference) for case in cases) > 0.01
+
+
+def test_closed_forms_of_rubber_are_the_published_tables():
+    """Tables of the incompressible tube and sphere with B / A = 2, p / mu, to the printed digit."""
+    for stretch, p in ((1.05, 0.070131951), (1.5, 0.42822841), (3.0, 0.66041726)):
+        assert tube_pressure(stretch, 2.0) == pytest.approx(p, rel=1e-7)
+    for stretch, neo, mooney in (
+        (1.05, 0.15808143, 0.15919588),
+        (1.5, 0.75543312, 0.81292914),
+        (4, 0.49125071, 0.93359034),
+    ):
+        assert sphere_pressure(stretch, 2.0, 0.5, 0.0) == pytest.approx(neo, rel=1e-7)
+        assert sphere_pressure(stretch, 2.0, 0.4375, 0.0625) == pytest.approx(mooney, rel=1e-7)
+
+
+def blown(dim, outer, pressure, mu10, mu01, bulk):
+    """u(1) of a tube (dim 2) or sphere (3), walls from 1 to `outer`: dP_r/dR = (dim - 1) (P_t - P_r) / R, P = dW/dl."""
+
+    def stress(r, t, z):
+        J, squares = r * t * z, (r**2, t**2, z**2)
+        I1, I2 = sum(squares), squares[0] * squares[1] + squares[1] * squares[2] + squares[2] * squares[0]
+        f1, f2 = mu10 * J ** (-2 / 3), mu01 * J ** (-4 / 3)
+        s = -2 / 3 * f1 * I1 - 4 / 3 * f2 * I2 + bulk * J * (J - 1)
+        return [2 * l * (f1 + f2 * (I1 - l**2)) + s / l for l in (r, t)]
+
+    def slopes(R, y):
+        t = y[0] / R
+        z = t if dim == 3 else 1.0
+        r = 1 / (t * z)
+        for _ in range(20):
+            r = r - (stress(r, t, z)[0] - y[1]) * 2e-7 / (stress(r + 1e-7, t, z)[0] - stress(r - 1e-7, t, z)[0])
+        return np.stack([r, (dim - 1) / R * (stress(r, t, z)[1] - y[1])])
+
+    def ends(a, b):
+        return np.array([a[1] + pressure * a[0] ** (dim - 1), b[1]])
+
+    R = np.linspace(1, outer, 21)
+    found = solve_bvp(slopes, ends, R, np.stack([(R**dim + 1) ** (1 / dim), -pressure * (outer - R)]), tol=1e-8)
+    assert found.status == 0
+    return found.y[0, 0] - 1
+
+
+def test_what_a_finite_bulk_modulus_adds_is_the_radial_equations():
+    values = (
+        blown(2, 1.1, tube_pressure(1.5, 1.1), 0.5, 0.0, 1000.0),
+        blown(2, 2.0, tube_pressure(1.5, 2.0), 0.5, 0.0, 1000.0),
+        blown(3, 1.1, sphere_pressure(1.25, 1.1, *MOONEY), *MOONEY, 1000.0),
+    )
+    assert values == pytest.approx(list(tables.BLOWN.values()), abs=1e-6)

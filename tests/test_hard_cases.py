@@ -106,3 +106,35 @@ def test_every_chapter_says_what_it_asks_at_each_budget(name):
         module, _, function = unit.name.rpartition(".")
         assert callable(getattr(importlib.import_module(f"reports.{module}"), function))
         json.dumps(unit.arguments)
+
+
+def test_a_measurement_is_kept_until_anything_changes(tmp_path, monkeypatch):
+    """Read the second time; measured again for other arguments, other sources, a damaged file, and after a crash."""
+    from reports import keep
+    from reports.unit import Measured
+
+    made = []
+
+    def measure(name, **arguments):
+        made.append(arguments)
+        return Measured(name, arguments, "failed: oh" if arguments["a"] == 3 else "ok", {"value": arguments["a"]})
+
+    monkeypatch.setattr(keep, "measure", measure)
+    monkeypatch.setattr(keep, "sources", lambda: "one")
+    folder = keep.tidy(tmp_path / "units")
+    for a, count in ((1, 1), (1, 1), (2, 2), (3, 3), (3, 4)):
+        assert keep.kept(folder, "x.y", {"a": a}).get("value") == a
+        assert len(made) == count
+    monkeypatch.setattr(keep, "sources", lambda: "two")
+    keep.kept(folder, "x.y", {"a": 1})
+    assert len(made) == 5
+    for path in folder.iterdir():
+        path.write_text("{")
+    assert keep.kept(folder, "x.y", {"a": 1}).ok and len(made) == 6
+
+
+def test_the_sources_of_a_measurement_are_the_whole_project():
+    """An edit of any file that a unit might import changes the key."""
+    from reports import keep
+
+    assert set(keep.PACKAGES) == {"ancf", "reference_fe", "compare", "reports"} and len(keep.sources()) == 64

@@ -17,6 +17,7 @@ from ancf.linear_solver import LinearSolver
 from ancf.packing import PORTION
 from compare.scene import AncfLevel, ReferenceLevel, load
 from reference_fe import linear_solver
+from reports import speed_runs
 
 STEP = 0.01
 HALF = {"analysis.until": 0.5}
@@ -184,3 +185,12 @@ def test_a_tangent_costs_a_few_matrix_products_of_its_size(plates, name):
         product = least(lambda: matrix @ matrix) / (2 * side**3)
         tangent = least(lambda: spend(quadratic.tangent(Q))) / (flops(quadratic) * len(Q))
     assert tangent <= 10 * product
+
+
+def test_the_ladder_of_enriched_elements_has_points_enough():
+    """A fiftieth of a thousandth of the height: what `reports.speed_runs` says of 5x5x3 points."""
+    heights = []
+    for points in (speed_runs.ENOUGH, speed_runs.EXACT):
+        found = speed_runs.ancf(speed_runs.PATCH, 2, 0.02, points, element="enriched")
+        heights.append(found["height"])
+    assert heights[0] == pytest.approx(heights[1], rel=2e-5) and heights[0] != heights[1]

@@ -19,7 +19,7 @@ T = np.linspace(0.0, 0.32, 9)
 
 def test_the_section_has_the_size_that_the_scene_states():
     """45/65 R45: overall diameter 2.629 m, section width 1.143 m, rim diameter 1.143 m, to a millimetre."""
-    scene = load("tire")
+    scene = load("falling_tire")
     (along, radius), (along_u, radius_u) = section_curve(scene.surface, np.linspace(0.0, 1.0, 2001))
     speed = np.hypot(along_u, radius_u)
     outer = along - radius_u / speed * scene.thickness / 2, radius + along_u / speed * scene.thickness / 2

@@ -6,7 +6,8 @@ async function unpacked(header, text) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
   const raw = await new Response(stream).arrayBuffer();
   const n = header.points, fields = 1 + header.steps.length, Index = header.wide ? Uint32Array : Uint16Array;
-  const numbers = new Int16Array(raw.slice(0, 6 * n * fields)), rest = new Index(raw.slice(6 * n * fields));
+  const size = 2 * n * (3 * fields + header.fields.length);
+  const numbers = new Int16Array(raw.slice(0, size)), rest = new Index(raw.slice(size));
   const interleaved = (array, rows, count, Type) => {
     const found = new Type(rows * count), sum = new array.constructor(1);
     for (let row = 0; row < rows; row++) {
@@ -21,19 +22,21 @@ async function unpacked(header, text) {
   return {
     points: field(0, header.unit, header.origin),
     shapes: header.steps.map((_, k) => field(k + 1, header.moved, [0, 0, 0])),
+    fields: header.fields.map(({ unit }, k) => interleaved(numbers.subarray(n * (3 * fields + k), n * (3 * fields + k + 1)), 1, n, Float32Array)
+      .map((value) => unit * value)),
     triangles: interleaved(rest.subarray(0, triangles), 3, header.triangles, Uint32Array),
     edges: interleaved(rest.subarray(triangles), 2, header.edges, Uint32Array),
   };
 }
 
 const VERTEX = `#version 300 es
-in vec3 point; in vec3 from; in vec3 to;
-uniform mat4 view; uniform float scale, part, greatest, lift;
+in vec3 point; in vec3 from; in vec3 to; in float scalar;
+uniform mat4 view; uniform float scale, part, greatest, lift; uniform int byField;
 out vec3 place; out float value;
 void main() {
   vec3 moved = mix(from, to, part);
   place = point + scale * moved;
-  value = greatest > 0.0 ? length(moved) / greatest : 0.0;
+  value = greatest > 0.0 ? (byField == 1 ? scalar : length(moved)) / greatest : 0.0;
   gl_Position = view * vec4(place, 1.0);
   gl_Position.z -= lift * gl_Position.w;
 }`;
@@ -88,15 +91,16 @@ function scene3d(canvas) {
       points: filled(gl.ARRAY_BUFFER, body.points),
       shapes: body.shapes.map((shape) => filled(gl.ARRAY_BUFFER, shape)),
       zero: filled(gl.ARRAY_BUFFER, new Float32Array(body.points.length)),
+      fields: body.fields.map((values) => filled(gl.ARRAY_BUFFER, values)),
       triangles: filled(gl.ELEMENT_ARRAY_BUFFER, body.triangles),
       edges: filled(gl.ELEMENT_ARRAY_BUFFER, body.edges),
     },
   });
-  const bind = (name, buffer) => {
+  const bind = (name, buffer, size = 3) => {
     const at = gl.getAttribLocation(program, name);
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     gl.enableVertexAttribArray(at);
-    gl.vertexAttribPointer(at, 3, gl.FLOAT, false, 0, 0);
+    gl.vertexAttribPointer(at, size, gl.FLOAT, false, 0, 0);
   };
 
   function draw(bodies, camera, look) {
@@ -119,6 +123,8 @@ function scene3d(canvas) {
       bind("point", body.buffers.points);
       bind("from", low < 0 ? body.buffers.zero : shapes[low]);
       bind("to", high < 0 ? body.buffers.zero : shapes[high]);
+      bind("scalar", look.field >= 0 ? body.buffers.fields[look.field] || body.buffers.zero : body.buffers.zero, 1);
+      gl.uniform1i(uniform("byField"), look.field >= 0 ? 1 : 0);
       gl.uniform1f(uniform("part"), step - low);
       gl.uniform1i(uniform("coloured"), coloured ? 1 : 0);
       gl.uniform1i(uniform("flatly"), 0);

@@ -28,7 +28,6 @@
     const scale = slider("scale of the displacement", 0, 2, 0.01, 1, redraw);
     const step = slider("step", -1, 0, 0.01, 0, redraw);
     const colour = make("select", { change: redraw });
-    for (const [value, text] of [["size", "size of the displacement"], ["solver", "solver"]]) colour.append(make("option", { value }, text));
     const lines = make("input", { type: "checkbox", change: redraw });
     lines.checked = true;
     const said = make("output"), bar = make("div", { class: "scale" }), play = make("button", { type: "button", click: run }, "play");
@@ -75,18 +74,29 @@
   function redraw() {
     if (!view || !view.gl || !view.shown.length) return;
     const step = Number(view.step.value), scale = Number(view.scale.value);
-    const greatest = Math.max(...view.shown.map(({ header }) => Math.max(...header.greatest)));
-    const bySize = view.colour.value === "size";
+    const fields = view.shown[0].header.fields, field = fields.findIndex(({ name }) => name === view.colour.value);
+    const greatest = field >= 0 ? fields[field].greatest : Math.max(...view.shown.map(({ header }) => Math.max(...header.greatest)));
+    const coloured = view.colour.value !== "solver", unit = field >= 0 ? fields[field].name : "displacement (m)";
     const drawn = view.shown.map((found, i) => ({
-      body: found.drawn, step: Math.min(step, found.header.steps.length - 1), lines: view.lines.checked,
-      coloured: bySize && i === 0, over: i > 0, paint: paint(found.solver),
-    }));
-    view.gl.draw(drawn, view.camera, { scale, greatest });
+      body: found.drawn, step: i ? matching(view.shown[0], found, step) : step, lines: view.lines.checked,
+      coloured: coloured && i === 0, over: i > 0, paint: paint(found.solver),
+    })).filter((found) => found.step !== null);
+    view.gl.draw(drawn, view.camera, { scale, greatest, field });
     view.bar.replaceChildren();
-    if (bySize) view.bar.append(make("span", {}, "0"), make("i"), make("span", {}, `${shown(greatest, 3)} m`));
+    if (coloured) view.bar.append(make("span", {}, `${unit}: 0`), make("i"), make("span", {}, shown(greatest, 3)));
     const at = step < 0 ? "between rest and " + view.shown[0].header.steps[0] : view.shown[0].header.steps[Math.round(step)];
     view.said.textContent = `${step <= -1 ? "at rest" : at}; displacements ${shown(scale, 3)} times as large` +
-      (view.shown.length > 1 ? `; laid over it in its own colour: ${view.shown[1].label}` : "");
+      (drawn.length > 1 ? `; laid over it in its own colour: ${view.shown[1].label}` : "") +
+      (drawn.length < view.shown.length ? `; this page holds no such output of ${view.shown[1].label}` : "");
+  }
+
+  /** The step of another body that shows the same output as this one's; null where the page does not hold it. */
+  function matching(main, other, step) {
+    const words = (name) => name.split(",")[0]; // of "mode 1, 12.3 Hz" what both solvers call it
+    const names = other.header.steps.map(words), place = (k) => (k < 0 ? -1 : names.indexOf(words(main.header.steps[k])));
+    const [low, high] = [Math.floor(step), Math.ceil(step)], [a, b] = [place(low), place(high)];
+    if ((low >= 0 && a < 0) || (high >= 0 && b < 0) || b - a > 1) return null;
+    return a + (step - low) * (b - a);
   }
 
   function run() {
@@ -116,6 +126,9 @@
     choices(view.first, group.map((found) => found.key), key, false);
     choices(view.second, group.map((found) => found.key).filter((found) => found !== key), other, true);
     view.title.textContent = main.label;
+    const kept = view.colour.value, ways = ["size of the displacement", ...main.header.fields.map(({ name }) => name), "solver"];
+    view.colour.replaceChildren(...ways.map((value) => make("option", { value }, value)));
+    if (ways.includes(kept)) view.colour.value = kept;
     if (!view.dialog.open) view.dialog.showModal();
     if (!view.gl) return;
     const opened = [await body(key), ...(other ? [await body(other)] : [])];

@@ -42,6 +42,7 @@ STRESS, STRAIN, NEARLY = (
     {"plane": "strain", "nu": 1 / 3},
     {"plane": "strain", "nu": 0.4999},
 )
+THIN, THICK, BALL = ({"outer": b, "stretch": x} for b, x in ((1.1, 1.5), (2.0, 1.5), (1.1, 1.25)))
 ANGLES = tuple(tables.PRINCETON_TIP)
 OF_BOTH = ((8.896, 0), (8.896, 45), (8.896, 90), (13.345, 45))  # forces and angles of the reference
 RUNS = (
@@ -74,6 +75,19 @@ RUNS = (
     _solid("quick", "thick_plate", 0.4),
     _solid("standard", "thick_plate", 0.2),
     _solid("full", "thick_plate", 0.1),
+    _plate("quick", "tube", "enriched", (2, 8), 0.1, **THIN),
+    _plate("standard", "tube", "enriched", (2, 16), 0.1, **THIN),
+    _plate("standard", "tube", "conforming", (2, 16), 0.1, **THIN),
+    _solid("quick", "tube", 0.25, 0.1, **THICK),
+    _solid("standard", "tube", 0.1, 0.1, **THIN),
+    _plate("quick", "sphere", "enriched", (4, 4), 0.1, **BALL),
+    _plate("standard", "sphere", "enriched", (8, 8), 0.1, **BALL),
+    _plate("standard", "sphere", "conforming", (8, 8), 0.1, **BALL),
+    _solid("standard", "sphere", 0.1, 0.1, **BALL),
+    _plate("quick", "cook_rubber", "enriched", (4, 4), 0.1),
+    _plate("standard", "cook_rubber", "enriched", (16, 16), 0.1),
+    _solid("quick", "cook_rubber", 4.0, 0.1),
+    _solid("full", "cook_rubber", 2.0, 0.1),
 )
 
 

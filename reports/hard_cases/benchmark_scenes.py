@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from compare.scene import AncfLevel, ReferenceLevel, Scene, parse
+from reports.hard_cases import benchmark_rubber as rubber
 
 ROOT = math.sqrt(0.5)
 SMALL = 1e-6  # factor of a load whose answer is meant to be linear
@@ -127,6 +128,9 @@ SCENES: dict[str, Callable[..., Scene]] = {
     "princeton": princeton,
     "cook": cook,
     "thick_plate": thick_plate,
+    "tube": rubber.tube,
+    "sphere": rubber.sphere,
+    "cook_rubber": rubber.cook_rubber,
 }
 
 

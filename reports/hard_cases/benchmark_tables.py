@@ -38,5 +38,11 @@ COOK = {"stress": 23.96, 1 / 3: 32.00, 0.4999: 28.00}
 COOK_COFEA = {1 / 3: (32.27, 32.20, 32.28), 0.4999: (27.52, 27.52, 27.56)}
 """CalculiX, Code_Aster, Elmer at the corner."""
 
+BLOWN = {("tube", 1.1): 0.5011725, ("tube", 2.0): 0.5003938, ("sphere", 1.1): 0.2507674}
+"""u(A) / A by B / A under the pressure of the closed form's 0.5 and 0.25: the radial equation with k = 1000 mu."""
+DEALII = "deal.II code gallery, quasi-static finite-strain compressible elasticity, Q2 elements, 149,769 unknowns"
+COOK_RUBBER = 14.33
+"""mm at the middle of the edge, of a neo-Hooke solid whose volumetric energy is k/4 (J^2 - 1 - 2 ln J)."""
+
 LE10 = -5.38
 """NAFEMS LE10: stress YY (MPa) at D."""

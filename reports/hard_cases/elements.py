@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from compare.convergence import Convergence, least_squares, study
@@ -18,6 +18,7 @@ MEMBERS = ("conforming", "acm", "enriched")
 RUNS = "hard_cases.elements_runs."
 RATIOS = (0.0, 0.3, 0.49)
 MESHES = {"plain": (4, 8), "groove": (5, 10)}
+SPENT = {"plain": None, "groove": 0.99}  # `enrich` of the levels that are judged, on these same meshes
 BARS = {"plain": (1.0, 0.3), "groove": (1.0, 0.3)}
 # (thickness, width, elements along x) of strips 1 m long: ten to 2,000 times as long as thick, aspects 1 to 50.
 STRIPS = [(t, 0.1, 8) for t in (0.1, 0.01, 0.001, 0.0005)] + [(0.0025, 0.25 / a, 4) for a in (1, 10, 50)]
@@ -35,9 +36,9 @@ def units(budget: str) -> list[Asked]:
     asked += [Asked(RUNS + "patches", {"element": element, "ratios": ratios}) for element in MEMBERS]
     asked += [Asked(RUNS + "slender", {"element": element, "cases": STRIPS}) for element in MEMBERS]
     if budget == "quick":
-        return asked + [_heights("enriched", kind, 0.0, "dynamic", MESHES[kind]) for kind in MESHES]
+        return asked + _judged(("plain", "groove"), 0.0, "dynamic")
     for kind, nu, mode in REFERENCE:
-        asked.append(_heights("enriched", kind, nu, mode, (2, *MESHES[kind], 16) if kind == "plain" else MESHES[kind]))
+        asked += _judged((kind,), nu, mode, {"plain": (2, *MESHES["plain"], 16), "groove": MESHES["groove"]})
     asked += [_heights(element, "plain", 0.0, "dynamic", (2, 4, 8, 16, 32, 44)) for element in MEMBERS[:2]]
     asked += [_graded("static", SMALL, 2), _graded("dynamic", TABLES, 2)]
     if budget == "full":
@@ -46,8 +47,20 @@ def units(budget: str) -> list[Asked]:
     return asked
 
 
-def _heights(element: str, kind: str, nu: float, mode: str, meshes: Sequence[int]) -> Asked:
-    return Asked(RUNS + "heights", {"element": element, "kind": kind, "nu": nu, "mode": mode, "meshes": meshes})
+def _judged(kinds: Sequence[str], nu: float, mode: str, meshes: Mapping[str, Sequence[int]] = MESHES) -> list[Asked]:
+    """The enriched element with and without what the judged levels spend beside grooves."""
+    return [
+        _heights("enriched", kind, nu, mode, meshes[kind], spent)
+        for kind in kinds
+        for spent in dict.fromkeys((None, SPENT[kind]))
+    ]
+
+
+def _heights(
+    element: str, kind: str, nu: float, mode: str, meshes: Sequence[int], enrich: float | None = None
+) -> Asked:
+    about = {"element": element, "kind": kind, "nu": nu, "mode": mode, "meshes": meshes, "enrich": enrich}
+    return Asked(RUNS + "heights", about)
 
 
 def _graded(mode: str, force: float, halvings: int) -> Asked:
@@ -126,7 +139,8 @@ def _limits(measured: Sequence[Outcome]) -> dict[tuple[str, float, str], tuple[f
 
 
 def _rows(outcome: Outcome, limits: dict) -> Iterator[dict[str, Any]]:
-    about = {name: outcome.asked.arguments[name] for name in ("element", "kind", "nu", "mode")}
+    about = {name: outcome.asked.arguments[name] for name in ("element", "kind", "nu", "mode", "enrich")}
+    about["layers"] = about["enrich"] and f"to {about['enrich']:g}"
     limit, rest = limits[about["kind"], about["nu"], about["mode"]]
     for row in outcome.get("rows") or [{"mesh": 0, "height": None, "status": outcome.measured.status}]:
         error = None if row["height"] is None else 100 * (row["height"] / limit - 1)
@@ -135,7 +149,8 @@ def _rows(outcome: Outcome, limits: dict) -> Iterator[dict[str, Any]]:
 
 def _accuracy(row: dict[str, Any]) -> Case:
     """What the figures judge, as a case for the gate."""
-    name = f"{row['kind']}, {row['mode']}, nu = {row['nu']:g}, {row['mesh']}x{row['mesh']}"
+    layers = f", layers {row['layers']}" if row["layers"] else ""
+    name = f"{row['kind']}, {row['mode']}, nu = {row['nu']:g}, {row['mesh']}x{row['mesh']}{layers}"
     about = f"cross-code: least squares limit of the reference's ladder, {row['rest']:.2f} % beyond its finest level"
     return Case(
         name, "ancf", f"{row['mesh']}x{row['mesh']}", row["height"], "m", row["limit"], None, about, row["status"]
@@ -143,22 +158,34 @@ def _accuracy(row: dict[str, Any]) -> Case:
 
 
 def _worst(rows: Sequence[dict[str, Any]], kind: str) -> Iterator[Figure]:
-    """Largest error of the enriched element on each of the two meshes of a plate."""
+    """Largest error of the enriched element on each of the two meshes of a plate, of the levels that are judged."""
     for mesh, bar in zip(MESHES[kind], BARS[kind], strict=True):
-        own = [r for r in rows if (r["element"], r["kind"], r["mesh"]) == ("enriched", kind, mesh)]
+        levels = [r for r in rows if (r["element"], r["kind"], r["mesh"]) == ("enriched", kind, mesh)]
+        own = [row for row in levels if row["enrich"] == SPENT[kind]]
         failed = any(row["error"] is None for row in own)
         worst = max(own, key=lambda row: abs(row["error"] or 0.0), default=None)
         name, label = {"plain": ("plain", "Plain plate"), "groove": ("grooved", "Plate with one groove")}[kind]
         note = "Not run."
         if worst is not None:
-            words = [
-                f"{row['mode']}, nu = {row['nu']:g}: {row['error']:+.2f} %" for row in own if row["error"] is not None
-            ]
-            note = f"{'; '.join(words)}. The reference's own limit is uncertain by up to {worst['rest']:.2f} % there."
+            note = f"{_errors(own)}. The reference's own limit is uncertain by up to {worst['rest']:.2f} % there."
+            beside = [row for row in levels if row["enrich"] != SPENT[kind]]
+            if beside:
+                most = max(row["unknowns"] or 0 for row in own)
+                note += f" At most {most:,d} unknowns; without layers beside the groove {beside[0]['unknowns']:,d}, "
+                note += f"and {_errors(beside)}."
         value = None if failed or worst is None else abs(worst["error"])
         against = "cross-code: least squares limit of the reference's ladder of the same scene"
         figure = f"{name}_{mesh}x{mesh}_percent"
-        yield at_most(figure, f"{label}, {mesh}x{mesh}: largest error", value, "%", bar, against=against, note=note)
+        layers = f", layers to {SPENT[kind]:g}" if SPENT[kind] else ""
+        words = f"{label}, {mesh}x{mesh}{layers}: largest error"
+        yield at_most(figure, words, value, "%", bar, against=against, note=note)
+
+
+def _errors(rows: Sequence[dict[str, Any]]) -> str:
+    """Errors of the rows that have one, in words."""
+    return "; ".join(
+        f"{row['mode']}, nu = {row['nu']:g}: {row['error']:+.2f} %" for row in rows if row["error"] is not None
+    )
 
 
 def _orders(graded: Sequence[Outcome]) -> list[tuple[str, Convergence]]:
@@ -213,6 +240,7 @@ ACCURACY = (
     Column("mode", "analysis"),
     Column("nu", "ν", "g"),
     Column("mesh", "elements a side", "d"),
+    Column("layers", "layers beside the groove"),
     Column("unknowns", "unknowns", ",d"),
     Column("height", "height", ".5f", "m"),
     Column("limit", "reference tends to", ".5f", "m"),
@@ -290,7 +318,10 @@ def _blocks(truths: Sequence[Case], rows: Sequence[dict[str, Any]], graded: Sequ
         "The reference's value is the limit of a least squares fit over its ladder; compare.convergence claims no band "
         "for these ladders (uneven meshes, singular clamp and groove edges, and above nu = 0.4 locking tetrahedra).",
         "5x5x3 points per subdomain: the heights are within 2e-5 of those of 7x7x3 points, which are exact.",
-        "With a groove the shear lag and warping beside its walls remain, which no straight director follows.",
+        "With a groove and without layers, shear lag and warping beside its walls remain, which no straight director "
+        "follows; with `enrich` an indicator gives the layer beyond the floor functions of its own where they bring "
+        "most, on the same elements. With grid lines 0.25 and 0.8 thicknesses beside the walls too the errors of 10x10 "
+        "are at most 0.16 %.",
     ]
     yield Table("Patch-loaded cantilever against the reference", ACCURACY, rows, notes)
     yield from _plots(rows)

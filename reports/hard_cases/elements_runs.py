@@ -184,13 +184,21 @@ def plate(kind: str, nu: float, mode: str) -> Scene:
 STEP = {"static": 0.25, "dynamic": 0.02}
 
 
-def heights(element: str, kind: str, nu: float, mode: str, meshes: Sequence[int], repeats: int = 1) -> dict[str, Any]:
+def heights(
+    element: str,
+    kind: str,
+    nu: float,
+    mode: str,
+    meshes: Sequence[int],
+    enrich: float | None = None,
+    repeats: int = 1,
+) -> dict[str, Any]:
     """Height (m) of the patch, unknowns and least CPU seconds of `repeats` runs, mesh by mesh."""
     from ancf.run import solve
 
     scene, rows = plate(kind, nu, mode), []
     for n in meshes:
-        level = AncfLevel(element=element, mesh=(n, n), points=ENOUGH, time_step=STEP[mode])
+        level = AncfLevel(element=element, mesh=(n, n), points=ENOUGH, time_step=STEP[mode], enrich=enrich)
         results = [solve(scene, level) for _ in range(repeats)]
         z = float(results[0].position("P")[-1, 2]) if results[0].status == "ok" else None
         row = {"mesh": n, "h": 1 / n, "height": z, "unknowns": results[0].unknowns, "status": results[0].status}

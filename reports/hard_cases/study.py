@@ -13,15 +13,17 @@ import importlib
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
 from compare import ci, gate
 from compare.provenance import provenance
-from compare.report import Commands, Facts, Page, Section, Verdict, write
+from compare.report import Bullets, Commands, Facts, Page, Section, Verdict, write
 from compare.scene import BUDGETS
 from compare.verdict import Figure, at_most
 from reports.hard_cases.chapter import Chapter, Outcome
+from reports.keep import kept, tidy
 from reports.unit import measure
 
 CHAPTERS: tuple[str, ...] = (
@@ -40,6 +42,12 @@ LEAD = (
     "Published tables, thin, slender, skewed and distorted elements, extreme grooves, nearly incompressible "
     "material, long and violent motion: each case against a value known otherwise, each failure by its name."
 )
+LIMITS = (
+    "That a case between two that pass would pass: each is one shape, one load and one mesh.",
+    "That a published value is right to its last digit: its tolerance says what it is trusted to.",
+    "That a cross-code case is true: it shows two programs agreeing on one reading of the question.",
+    "Anything about times: what a case costs is no case here.",
+)
 Tell = Callable[[Outcome, float], None]
 
 
@@ -49,13 +57,21 @@ def chapter(name: str) -> ModuleType:
 
 
 def run(
-    names: Sequence[str], budget: str, jobs: int = 2, tell: Tell = lambda outcome, done: None
+    names: Sequence[str],
+    budget: str,
+    jobs: int = 2,
+    tell: Tell = lambda outcome, done: None,
+    folder: Path | None = None,
 ) -> dict[str, Chapter]:
-    """Chapters by name. tell: called after each unit with its outcome and the fraction that is done."""
+    """Chapters by name. tell: called after each unit with its outcome and the fraction that is done.
+
+    folder: where measurements are kept and read again; without one each is made.
+    """
+    take = partial(kept, tidy(folder)) if folder else lambda name, arguments: measure(name, **arguments)
     asked = [(name, unit) for name in names for unit in chapter(name).units(budget)]
     found: dict[str, list[Outcome]] = {name: [] for name in names}
     with ThreadPoolExecutor(jobs) as pool:
-        waiting = [(name, unit, pool.submit(measure, unit.name, **unit.arguments)) for name, unit in asked]
+        waiting = [(name, unit, pool.submit(take, unit.name, unit.arguments)) for name, unit in asked]
         for done, (name, unit, future) in enumerate(waiting, 1):
             outcome = Outcome(unit, future.result())
             found[name].append(outcome)
@@ -102,6 +118,7 @@ def publish(chapters: dict[str, Chapter], budget: str, folder: Path = OUT) -> Pa
     parts = [Section("verdict", "Verdict", [Verdict(judged)])]
     for name, part in chapters.items():
         parts.append(Section(name, chapter(name).TITLE, [*part.blocks]))
+    parts.append(Section("limits", "What a pass does not prove", [Bullets(LIMITS)], "Not proven"))
     again = [("make hard-cases", "this page")]
     again += [(f"python -m reports.hard_cases --chapter {name}", f"{chapter(name).TITLE} alone") for name in chapters]
     parts.append(Section("again", "Every number again", [Commands(again)], "Again"))
@@ -120,7 +137,8 @@ def main(words: Sequence[str] | None = None) -> int:
         print(f"{100 * done:5.1f} %  {outcome.measured.name} {outcome.asked.arguments}: {outcome.measured.status}",
               file=sys.stderr, flush=True)  # fmt: skip
 
-    chapters = run(names, options.budget, options.jobs, tell)
+    folder = None if options.fresh else options.out / "results" / "units"
+    chapters = run(names, options.budget, options.jobs, tell, folder)
     path = publish(chapters, options.budget, options.out)
     for figure in figures(chapters):
         state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
@@ -143,6 +161,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--chapter", action="append", choices=CHAPTERS, help="only this chapter (may be repeated)")
     parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
     parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
+    parser.add_argument("--fresh", action="store_true", help="measure everything again, reuse nothing")
     parser.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="with --check: write the verdict as JUnit XML")
     parser.add_argument("--summary", type=Path, metavar="FILE", help="with --check: append the verdict as Markdown")

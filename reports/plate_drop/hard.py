@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ancf.run import solve
-from reports.plate_drop.runs import residual
+from reports.plate_drop.runs import path, residual
 from reports.plate_drop.scenes import WEIGHT, drop
 
 SPEED = 1.0  # m/s
@@ -42,7 +42,7 @@ def _told(result, energy: float, **values: Any) -> dict[str, Any]:
 def landing(stiffness: float, step: float, integrator: str = "energy-momentum") -> dict[str, Any]:
     """Flat on the ground at 1 m/s, every point at once, no weight, for 0.2 s (0.05 s in steps below 0.1 ms)."""
     until = 0.2 if step >= 1e-4 else 0.05
-    result = _moved(step, until, integrator, 20, stiffness=stiffness, initial=DOWN, loads=[])
+    result = _moved(step, until, integrator, round(until / step), stiffness=stiffness, initial=DOWN, loads=[])
     return _told(result, result.facts["mass"] * SPEED**2 / 2, peak_force=float(result.contact.force[..., 2].max()))
 
 
@@ -58,7 +58,7 @@ def stopping(step: float = 2e-3) -> dict[str, Any]:
         ground={"stick_stiffness": STICK},
         material={"kind": "svk", "youngs_modulus": 2e9, "poissons_ratio": 0.0, "density": 7860.0},
     )
-    x = result.displacement[:, 1, 0]
+    x = path(result)[:, 0]
     late = x[result.times > 0.3]
     return _told(
         result,
@@ -86,6 +86,6 @@ def resting(step: float = 1e-2, slope: float = 0.5) -> dict[str, Any]:
     pull = [float(WEIGHT * np.sin(tilt)), 0.0, float(-WEIGHT * np.cos(tilt))]
     gravity = {"kind": "gravity", "acceleration": pull, "history": [[0.0, 0.0], [1.0, 1.0]]}
     result = _moved(step, 10.0, loads=[gravity], ground={"damping": 12600.0})
-    x = result.displacement[:, 1]
+    x = path(result)
     energy = result.facts["mass"] * WEIGHT * float(np.abs(x[-1]).max())
     return _told(result, energy, creep=float(np.ptp(x[result.times >= 5.0], axis=0).max()), sunk=float(-x[-1, 2]))

@@ -10,14 +10,20 @@ from typing import Any
 import numpy as np
 
 from compare.result import Result
-from reports.plate_drop.scenes import BOTTOM, DEPTH, FALL, GROOVE, WEIGHT, drop, resting
+from reports.plate_drop.scenes import BOTTOM, FALL, GROOVE, WEIGHT, drop, resting
 
-REPEATS, COSTED = 3, 60  # runs of which the cheapest counts, and their time steps
+REPEATS, COSTED = 5, 60  # runs of which the cheapest counts, and their time steps
 COARSE = 5e-3  # s
+PACKAGES = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 
 
 def _solved(scene, level, solver: str) -> Result:
-    return importlib.import_module(f"{solver}.run").solve(scene, level)
+    return importlib.import_module(PACKAGES[solver]).solve(scene, level)
+
+
+def path(result: Result, probe: str = "plate") -> np.ndarray:
+    """Displacement (t, 3) of the plate's mean, or of its centre C."""
+    return result.displacement[:, result.probes.index(probe)]
 
 
 def residual(result: Result, energy: float) -> float:
@@ -38,7 +44,7 @@ def fall(law: str, solver: str = "ancf", height: float = FALL, **told: Any) -> d
         told.setdefault("time_step", COARSE)
     scene, level = drop(law, told, solver, height, **of_scene)
     result = _solved(scene, level, solver)
-    z = result.displacement[:, 1, 2] + height
+    z = path(result)[:, 2] + height
     force = result.contact.force[:, 0, 2]
     first = np.flatnonzero(force > 0)
     if not first.size:
@@ -62,7 +68,7 @@ def fall(law: str, solver: str = "ancf", height: float = FALL, **told: Any) -> d
         "energy_residual": residual(result, fallen),
         "dissipated": float(100 * result.energies["dissipated"][-1] / fallen),
         "times": result.times.tolist(),
-        "centre": (result.displacement[:, 0, 2] + height).tolist(),
+        "centre": (path(result, "C")[:, 2] + height).tolist(),
         "height": z.tolist(),
         "force": force.tolist(),
         "floor_pressed": _floor_pressed(result),
@@ -94,8 +100,8 @@ def rest(law: str, solver: str = "ancf", **level: Any) -> dict[str, Any]:
         "status": result.status,
         "unknowns": result.unknowns,
         "cpu_seconds": result.cpu_seconds,
-        "sunk": float(-result.displacement[-1, 1, 2]),
-        "centre_sunk": float(-result.displacement[-1, 0, 2]),
+        "sunk": float(-path(result)[-1, 2]),
+        "centre_sunk": float(-path(result, "C")[-1, 2]),
         "reaction": float(result.contact.force[-1, 0, 2] / weight),
     }
 
@@ -116,12 +122,14 @@ def detail(
     found: dict[str, Any] = {"counts": list(counts), "flight": [], "ground": [], "points": []}
     level = {"mesh": list(mesh), "element": element, "points": [7, 5, 3], "time_step": COARSE}
     until = {"analysis": {"kind": "dynamic", "until": COSTED * COARSE, "every": COSTED * COARSE}}
-    for count in counts:
-        grounds = {"flight": {"obstacles": []}, "ground": {}}
-        for name, more in grounds.items():
-            scene, own = drop("pressure", level, height=0.0, grooves=strips(count), depth=DEPTH, **until, **more)
-            found[name].append(min(_per_step(scene, own) for _ in range(REPEATS)))
-        found["points"].append(len(_solved(scene, own, "ancf").contact.share))
+    posed = {}
+    for name, more in (("flight", {"obstacles": []}), ("ground", {})):
+        for count in counts:
+            posed[name, count] = drop("pressure", level, height=0.0, grooves=strips(count), **until, **more)
+    spent = [[_per_step(*own) for own in posed.values()] for _ in range(REPEATS)]  # in turn: a busy machine hits all
+    for (name, _), least in zip(posed, np.min(spent, axis=0), strict=True):
+        found[name].append(float(least))
+    found["points"] = [len(_solved(*posed["ground", count], "ancf").contact.share) for count in counts]
     return found
 
 

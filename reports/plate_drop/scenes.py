@@ -11,8 +11,8 @@ import compare
 from compare.scene import Level, Scene, parse
 
 FOLDER = Path(compare.__file__).parent / "scenes"
-SCENES = {"points": "plate_drop", "pressure": "plate_drop_pressure"}
-FALL, DEPTH, BOTTOM = 0.05, 0.03, -0.025  # m: height of the fall, depth of the groove, z of the plain face
+SCENES = {"points": "falling_plate", "pressure": "falling_plate_pressure"}
+FALL, DEPTH, BOTTOM = 0.04, 0.03, -0.025  # m: height of the fall, depth of the groove, z of the plain face
 GROOVE = (0.4, 0.6)
 WEIGHT = 9.81  # m/s2
 
@@ -38,6 +38,8 @@ def drop(
     plane = {"shape": {"kind": "plane", "point": [0.0, 0.0, BOTTOM - height]}}
     own_ground = told["obstacles"][0] | plane | (ground or {})
     own_ground["stiffness"] *= stiffness
+    centre = next(probe for probe in told["probes"] if probe["name"] == "C")
+    centre["at"][2] = BOTTOM + depth
     told["obstacles"] = [own_ground]
     ladders = {name: told.pop(name, {}) for name in ("ancf", "reference")}
     own = {key: value for key, value in ladders[solver].items() if key != "levels"}

@@ -4,19 +4,11 @@ import numpy as np
 import pytest
 
 from ancf import obstacle
-from ancf.contact import (
-    Contact,
-    Law,
-    Motion,
-    Pair,
-    friction,
-    part_inside,
-    pressure_at_end,
-    pressure_in_mean,
-)
+from ancf.contact import Contact, Pair
+from ancf.contact_law import Law, Motion, friction, part_inside, pressure_at_end, pressure_in_mean
 from ancf.face import face
 from ancf.nurbs import Curve
-from ancf.subdomain import BOTTOM, GROOVE, TOP, Band
+from ancf.subdomain import BOTTOM, GROOVE, TOP, Band, Outlined
 from ancf.system import system
 
 from .conftest import PLATES, THICKNESS
@@ -139,6 +131,19 @@ def test_area_of_a_round_floor_is_the_length_of_its_arc(make_body):
     inside = (own.points[:, 1] > 0.1) & (own.points[:, 1] < 0.12)
     length = np.pi / 2 * 0.01 * np.sqrt(2)
     assert own.share[inside].sum() == pytest.approx(1.2 * length, rel=1e-6)  # slopes by differences
+
+
+def test_points_in_a_round_dimple_lie_on_its_floor(make_body):
+    """An outline that cuts elements where it likes: radius 0.1 m, 0.01 m deep; the walls have no points."""
+    root, (x, y), r = np.sqrt(0.5), (0.55, 0.3), 0.1
+    ring = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
+    points = np.array([[x + r * a, y + r * b] for a, b in ring])
+    circle = Curve(2, [0, 0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 4], points, [1, root] * 4 + [1])
+    _, own = faced(make_body, bands=(Outlined(BOTTOM, GROOVE, circle, 0.01),))
+    floor = np.hypot(own.points[:, 0] - x, own.points[:, 1] - y) < r
+    np.testing.assert_allclose(own.points[:, 2], np.where(floor, -0.015, -0.025), atol=1e-15)
+    assert own.share[floor].sum() == pytest.approx(np.pi * r**2, rel=1e-6)  # a curve cut by 4 points in each part
+    assert own.share.sum() == pytest.approx(1.2 * 0.6, rel=1e-12)
 
 
 def test_area_of_the_faces_of_a_quarter_cylinder(make_body):

@@ -49,6 +49,7 @@ def balance(result):
 
 
 SCHEMES = pytest.mark.parametrize("integrator", ["trapezoidal", "generalized-alpha", "energy-momentum"])
+BOTH = pytest.mark.parametrize("integrator", ["trapezoidal", "energy-momentum"])
 
 
 def test_a_resting_plate_presses_with_its_weight():
@@ -78,7 +79,7 @@ def thrown(c, integrator="energy-momentum", steps=400, k=1e6):
 
 
 @SCHEMES
-@pytest.mark.parametrize("damping", [0.0, 0.1, 0.4])
+@pytest.mark.parametrize("damping", [0.0, 0.4])
 def test_bounce_of_a_stiff_plate(integrator, damping):
     """m z'' + c z' + k z = 0 until the force is nil: z'' = 0. damping: of the critical one."""
     w0 = np.sqrt(1e6 / MASS)
@@ -96,7 +97,7 @@ def test_bounce_of_a_stiff_plate(integrator, damping):
     assert np.abs(balance(result) - balance(result)[0]).max() < (1e-7 if integrator == "energy-momentum" else 0.05)
 
 
-@SCHEMES
+@BOTH
 def test_slide_stops_after_v2_over_2_mu_g(integrator):
     """v = 1 m/s, mu = 0.5: 0.1019 m in 0.2039 s, then it stays; the ground has sunk to carry the weight."""
     sunk = 9.81 * MASS / 1e6
@@ -210,8 +211,8 @@ def test_landing_on_a_linear_director():
     contact, stiffness = np.pi / np.sqrt(3) * L / c, 1e3 * 2e6 / L
     result = plate(
         {"stiffness": stiffness, "damping": np.sqrt(stiffness * MASS)},
-        {"until": 1.25 * contact, "every": contact / 400},
-        {"time_step": contact / 400},
+        {"until": 1.25 * contact, "every": contact / 200},
+        {"time_step": contact / 200},
         initial={"velocity": [0.0, 0.0, -0.01]},
         material={"kind": "svk", "youngs_modulus": 2e6, "poissons_ratio": 0.0, "density": 1000.0},
     )
@@ -242,6 +243,6 @@ import sys
 sys.path.insert(0, "tests/ancf")
 from test_contact_motion import plate
 assert plate(analysis={"until": 0.1}).contact is None
-assert not {"ancf.contact", "ancf.face", "ancf.obstacle"} & set(sys.modules)
+assert not {"ancf.contact", "ancf.contact_law", "ancf.face", "ancf.obstacle"} & set(sys.modules)
 """
     subprocess.run([sys.executable, "-c", script], check=True, timeout=60)

@@ -18,15 +18,19 @@ from ancf.supports import clamp
 from ancf.system import body, system
 from compare.scene import AncfLevel, load
 
-from .conftest import PLATES, THICKNESS
+from . import conftest
+from .conftest import THICKNESS
 
 FLOOR, BELOW = -0.005, Band(BOTTOM, GROOVE, 0, (0.25, 0.6), 0.02)
+LINES = (np.array([0.0, 0.5, 1.2]), np.array([0.0, 0.2, 0.35, 0.6]))
+ON_LINES = (Band(BOTTOM, GROOVE, 0, (0.2, 0.35), 0.03), Band(TOP, PROTRUSION, 1, (0.5, 1.2), 0.02))
+PLATES = {**conftest.PLATES, "grooved on lines": (LINES, ON_LINES, None)}
 LEVEL = AncfLevel(mesh=(4, 1), element="enriched", fit=(0.8,), enrich=0.95, time_step=0.5)
 FORCE = 2.0e6 * THICKNESS  # N: modulus times the area of a strip one metre wide
 
 
 def layered(element="enriched", kind="grooved", *, some=None, nu=0.3, points=(5, 5, 3), pointwise=False):
-    """A body of PLATES whose director carries all its layer vectors, or every `some`-th."""
+    """A body of PLATES with all its layer vectors, or every `some`-th."""
     lines, bands, surface = PLATES[kind]
     mesh = grid(*lines, surface, FAMILY[element])
     mesh = with_layers(mesh, layer_vectors(mesh, bands, THICKNESS)[::some], bands, THICKNESS)
@@ -40,6 +44,11 @@ def acting(plate, held=None):
 
 def dense(free, q):
     return free.assembly.pattern.full(free.tangent(q.ravel())).toarray()
+
+
+def straight(mesh, bands):
+    """The layer vectors that share the director's functions whole."""
+    return [vector for vector in layer_vectors(mesh, bands, THICKNESS) if not vector.through.decay]
 
 
 def at_nodes(mesh):
@@ -76,13 +85,14 @@ def test_rigid_motion_costs_nothing_and_six_modes_have_no_energy(element, kind):
 
 @pytest.mark.parametrize("kind", GROOVED)
 def test_tangent_is_the_derivative_of_force(element, kind, deformed):
-    """The force is a cubic of q: central differences err by h^2 times its third derivative."""
-    plate, h = layered(element, kind, some=3), 1e-5
+    """The force is a cubic of q: differences over four points leave round-off alone."""
+    plate, h = layered(element, kind, some=3), 1e-3
     q, free = deformed(plate), acting(plate)
     direction = np.random.default_rng(6).standard_normal(q.size)
-    ahead, behind = (free.force_internal(q.ravel() + s * direction) for s in (h, -h))
+    ahead, behind, far, back = (free.force_internal(q.ravel() + s * direction) for s in (h, -h, 2 * h, -2 * h))
     found = dense(free, q) @ direction
-    np.testing.assert_allclose(found, (ahead - behind) / (2 * h), atol=1e-8 * np.abs(found).max())
+    differenced = (8 * (ahead - behind) - (far - back)) / (12 * h)
+    np.testing.assert_allclose(found, differenced, rtol=0, atol=1e-10 * np.abs(found).max())
 
 
 @pytest.mark.parametrize("kind", GROOVED)
@@ -115,7 +125,7 @@ def test_the_layer_beyond_the_floor_shears_on_its_own(face, sign):
     """u = (0, min(0, z - floor), 0) is represented exactly, and continuous from element to element."""
     band = Band(face, sign, 0, (0.2, 0.4), 0.02)
     mesh = grid(np.array([0.0, 0.5, 1.2]), np.array([0.0, 0.2, 0.4, 0.6]), None, FAMILY["enriched"])
-    mesh = with_layers(mesh, layer_vectors(mesh, (band,), THICKNESS), (band,), THICKNESS)
+    mesh = with_layers(mesh, straight(mesh, (band,)), (band,), THICKNESS)
     floor, reach = (face * 0.005, 0.025) if sign == GROOVE else (face * 0.025, 0.045)
     vectors = mesh.vectors.copy()
     vectors[(mesh.kinds == KIND) & at_nodes(mesh)] = [0.0, 1.0, 0.0]
@@ -125,9 +135,54 @@ def test_the_layer_beyond_the_floor_shears_on_its_own(face, sign):
         np.testing.assert_allclose(found[0], [0, z - floor, 0], atol=1e-14)
 
 
-def test_fields_are_continuous_across_elements(deformed):
+@pytest.mark.parametrize(("axis", "edges"), [(1, (0.2, 0.4)), (0, (0.5, 0.7))])
+def test_beside_a_wall_a_layer_fades_out(axis, edges):
+    """u = e(d) T(z), e of Reissner's layer, on both sides of a groove whose edges are grid lines; none within it."""
+    band = Band(BOTTOM, GROOVE, 1 - axis, edges, 0.02)
+    lines = [np.array([0.0, 0.5, 0.7, 1.2]), np.array([0.0, 0.2, 0.4, 0.6])]
+    mesh = grid(*lines, None, FAMILY["enriched"])
+    fading = [v for v in layer_vectors(mesh, (band,), THICKNESS) if v.through.decay]
+    mesh = with_layers(mesh, fading, (band,), THICKNESS)
+    vectors = np.zeros_like(mesh.vectors)
+    vectors[(mesh.kinds == KIND) & at_nodes(mesh)] = [1.0, 0.0, 0.0]
+    decay, z = np.sqrt(10) / THICKNESS, -0.02
+    for d, outward in itertools.product((0.0, 0.01, 0.03), (0, 1)):
+        at = np.array([0.3, 0.3, z])
+        at[axis] = edges[outward] + (2 * outward - 1) * d
+        beside = [x for x in lines[axis] if (x - edges[outward]) * (2 * outward - 1) > 1e-9]
+        a = np.abs(np.array(beside) - edges[outward]).min()
+        e = mesh.locate(*(at[:2] + np.eye(2)[axis] * (2 * outward - 1) * 1e-6))
+        found = interpolation(mesh, np.array([e]), at[None]) @ vectors
+        wanted = np.sinh(decay * (a - d)) / np.sinh(decay * a) * (z - FLOOR)
+        assert found[0] == pytest.approx([wanted, 0, 0], abs=1e-14)
+    inside = mesh.locate(*np.where(np.arange(2) == axis, np.mean(edges), 0.3))
+    assert inside not in mesh.special
+
+
+def test_a_narrow_rib_has_no_layers_that_fade_out():
+    """Between walls nearer than three decay lengths e is nearly the director's own function."""
+    bands = Band(BOTTOM, GROOVE, 0, (0.0, 0.29), 0.02), Band(BOTTOM, GROOVE, 0, (0.31, 0.6), 0.02)
+    mesh = grid(np.array([0.0, 1.0]), np.array([0.0, 0.29, 0.31, 0.6]), None, FAMILY["enriched"])
+    assert not any(vector.through.decay for vector in layer_vectors(mesh, bands, THICKNESS))
+
+
+def test_layers_that_fade_out_are_integrated_however_wide_their_elements():
+    """Of elements four times as wide as the layer reaches, 7x7x3 points give the stiffness to 1.3e-5."""
+    band = Band(BOTTOM, GROOVE, 0, (0.4, 0.6), 0.02)
+    mesh = grid(np.array([0.0, 0.5]), np.array([0.0, 0.4, 0.6, 1.0]), None, FAMILY["enriched"])
+    mesh = with_layers(mesh, layer_vectors(mesh, (band,), THICKNESS), (band,), THICKNESS)
+    few, many = (
+        dense(acting(body(mesh, (band,), THICKNESS, from_engineering(2e6, 0.3), 1.0, (n, n, 3))), mesh.vectors)
+        for n in (7, 12)
+    )
+    scale = np.sqrt(np.diag(many))
+    np.testing.assert_allclose(few / scale / scale[:, None], many / scale / scale[:, None], atol=2e-5)
+
+
+@pytest.mark.parametrize("kind", ["grooved", "grooved on lines"])
+def test_fields_are_continuous_across_elements(kind, deformed):
     """Points on the sides that two elements share, in the material of both, seen from either."""
-    plate = layered(some=2)
+    plate = layered(kind=kind, some=2)
     mesh, q = plate.mesh, deformed(plate)
     for e, other in itertools.combinations(range(len(mesh.cells)), 2):
         (x0, x1), (y0, y1) = (
@@ -145,7 +200,7 @@ def test_fields_are_continuous_across_elements(deformed):
 def test_loads_see_the_layers():
     """The mean over a region sums each function's own integral: here that of T over the rib's lower layer."""
     mesh = grid(np.array([0.0, 1.0]), np.array([0.0, 0.25, 0.6]), None, FAMILY["enriched"])
-    mesh = with_layers(mesh, layer_vectors(mesh, (BELOW,), THICKNESS), (BELOW,), THICKNESS)
+    mesh = with_layers(mesh, straight(mesh, (BELOW,)), (BELOW,), THICKNESS)
     row = mean_over_region(mesh, (BELOW,), THICKNESS, ((0.0, 1.0), (0.0, 0.25)))
     mean = -((THICKNESS / 2 + FLOOR) ** 2) / 2 / THICKNESS
     corners = (mesh.kinds == KIND) & at_nodes(mesh) & (mesh.parameters[:, 1] < 0.3)

@@ -1,5 +1,6 @@
 """Bodies of a page: what is packed is what was drawn, and a path is thinned evenly."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -7,10 +8,10 @@ import pytest
 import synthetic_study
 
 from compare import bodies
-from compare.result import MOST, Shots, load, save
+from compare.result import MOST, Contact, Shots, load, save
 from compare.scene import load as scene_of
 from compare.study import run
-from reports.bodies import ALLOWED
+from reports.bodies import ALLOWED, _fields
 from reports.bodies import bodies as packed
 
 
@@ -25,6 +26,28 @@ def test_a_packed_body_is_the_outline_to_a_65000th():
     corner = np.argmin(np.linalg.norm(points - points.max(axis=0), axis=1))
     np.testing.assert_allclose(moved[:, corner, 2], [-0.25, -0.5], atol=1e-4)
     assert len(edges) > 0 and edges.max() < len(points)
+
+
+def test_a_field_is_packed_beside_the_displacement_and_keeps_points_apart():
+    """Its greatest value is told; corners that coincide but differ in it stay two."""
+    outline = synthetic_study.body(2, -0.5)
+    pressure = np.linspace(0, 3e5, len(outline.points))
+    header, data = bodies.pack(outline, ["t"], outline.displacement[None], {"contact pressure (Pa)": pressure})
+    about = json.loads(header)
+    assert about["fields"] == [{"name": "contact pressure (Pa)", "unit": 3e5 / bodies.LEVELS, "greatest": 3e5}]
+    points, _, triangles, _ = bodies.unpack(header, data)
+    assert about["points"] == len(outline.points) == len(points) and len(triangles) == len(outline.triangles)
+
+
+def test_contact_is_drawn_where_it_presses():
+    """Pressure at one contact point of the bottom face colours the nodes beside it and no others."""
+    entry = next(e for e in synthetic_study.entries("quick") if e.scene.name == "cantilever" and e.solver == "ancf")
+    points = np.array([[x, 0.0, -0.025] for x in np.linspace(0, 1, 9)])
+    contact = Contact(np.zeros((1, 1, 3)), np.zeros((1, 1)), points, np.full(9, 0.01), np.array([5.0, *8 * [-1.0]]))
+    pressed = _fields(replace(entry, result=replace(entry.result, contact=contact)))["contact pressure at the end (Pa)"]
+    outline = entry.result.outline
+    assert pressed.max() == 5.0 and pressed.min() == 0.0
+    assert (np.linalg.norm(outline.points[pressed > 0] - points[0], axis=1) <= 0.125 + 1e-9).all()
 
 
 def test_points_that_coincide_are_one_and_cracks_stay():

@@ -10,7 +10,8 @@ import pytest
 import synthetic_study
 
 from compare import ci, export, gate
-from compare.table import as_latex, rows
+from compare.formats import as_latex
+from compare.table import rows
 
 ODD = 'mesh <&> "2x2" | a_b \x1b'
 MARGINS = (

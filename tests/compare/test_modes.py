@@ -11,11 +11,12 @@ from rich.console import Console
 from compare import gate, result
 from compare.difference import DifferenceRefused, between
 from compare.explain import statement
+from compare.formats import as_terminal
 from compare.progress import line
 from compare.result import Outline, Result, ResultError
 from compare.scene import SceneError, load, parse
 from compare.study import Entry, level_name
-from compare.table import KEYS, answer, as_terminal, in_ladders, judgements, quantity, rows, unit
+from compare.table import KEYS, answer, in_ladders, judgements, quantity, rows, unit
 from reports import scene as page
 from reports import sections
 from reports.ladders import convergence, ladders, limit_errors
@@ -161,13 +162,13 @@ def test_modes_have_no_heights_to_compare():
 
 def test_a_result_of_the_first_schema_is_read_and_one_of_the_future_refused(tmp_path, monkeypatch):
     path = tmp_path / "r.npz"
-    for schema, readable in ((1, True), (3, False)):
+    for schema, readable in ((1, True), (99, False)):
         monkeypatch.setattr(result, "SCHEMA", schema)
         result.save(replace(ENTRIES[0].result, frequencies=None, outline=None), path)
         if readable:
             assert result.load(path).frequencies is None
         else:
-            with pytest.raises(ResultError, match="schema 3, this version reads 1 and 2"):
+            with pytest.raises(ResultError, match="schema 99, this version reads 1"):
                 result.load(path)
 
 
@@ -178,7 +179,9 @@ def test_the_page_shows_every_frequency_and_draws_every_mode(tmp_path, monkeypat
     text, content = path.read_text(encoding="utf-8"), json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
     for row in content["rows"]:
         assert f'<data value="{json.dumps(row["value"])}">' in text
-    assert text.count('<svg xmlns="http://www.w3.org/2000/svg"') == 1 + 3 * 2  # the sketch; value, error, work per mode
+    assert (
+        text.count('<svg xmlns="http://www.w3.org/2000/svg"') == 2 + 3 * 2
+    )  # sketch, parts of the distance; value, error, work per mode
     assert {f"{SCENE.name}_mode_{mode}_ancf_reference_percent" for mode in (1, 2)} <= set(content["figures"])
     assert {entry["unit"] for name, entry in content["figures"].items() if name.endswith("frequency")} == {"Hz"}
     assert "frequency of mode 2 (Hz)" in text and "height of" not in text and "z = 0" not in text

@@ -98,7 +98,10 @@ def test_a_header_sorts_and_words_filter(page, tmp_path):
 def test_a_row_opens_its_run_in_three_dimensions(page, tmp_path):
     """The button of a row shows a dialog whose canvas is drawn on; another step draws another picture."""
     script = """
-    const button = document.querySelector('tr[data-run] .open3d'), key = button.closest('tr').dataset.run;
+    const steps = (body) => JSON.parse(body.dataset.header).steps;
+    const bodies = [...document.querySelectorAll('script.body')];
+    const key = bodies.find((body) => body.dataset.solver === 'ancf' && steps(body).length === 3).dataset.run;
+    const button = document.querySelector(`tr[data-run="${key}"] .open3d`);
     button.click();
     while (document.documentElement.dataset.viewed !== key) await new Promise((done) => setTimeout(done, 20));
     const canvas = document.querySelector('dialog canvas'), gl = canvas.getContext('webgl2');
@@ -112,10 +115,18 @@ def test_a_row_opens_its_run_in_three_dimensions(page, tmp_path):
     const bent = painted(), step = document.querySelector('dialog input[type=range]');
     step.value = -1;
     step.dispatchEvent(new Event('input'));
-    return { open: document.querySelector('dialog').open, bent, flat: painted() };"""
+    const flat = painted(), second = document.querySelectorAll('dialog select')[1], said = [];
+    for (const value of [0, 2]) {
+      step.value = value;
+      step.dispatchEvent(new Event('input'));
+      said.push(document.querySelector('dialog output').textContent);
+    }
+    return { open: document.querySelector('dialog').open, bent, flat, over: second.value, said };"""
     found = tried(page, tmp_path, script)
     assert found["open"] and found["bent"] > 0.03 and found["flat"] > 0.03
     assert abs(found["bent"] - found["flat"]) > 1e-3
+    assert found["over"] and found["said"][0].startswith("t = 0.2 s; ") and found["said"][1].startswith("t = 1 s; ")
+    assert "laid over it in its own colour: reference" in found["said"][0]
 
 
 def test_a_plot_tells_values_and_hides_a_series(page, tmp_path):

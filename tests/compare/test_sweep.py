@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from test_cli import SCENE
 
@@ -83,7 +84,7 @@ def test_a_failing_unit_is_a_result_and_a_crash_is_not(scenes, capsys, monkeypat
     reason="snakemake is not installed: pip install groovecheck[workflow]",
 )
 def test_the_workflow_gives_what_a_run_gives_number_for_number(tmp_path):
-    """Snakemake on two cores and a plain run of the same quick ladder, both from nothing: equal bits but for times."""
+    """Snakemake on two cores and a plain run of the same quick ladder, both from nothing: equal but for times."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     command = f"{sys.executable} -m compare.cli"
     engine = [sys.executable, "-m", "snakemake"] if importlib.util.find_spec("snakemake") else ["snakemake"]
@@ -96,8 +97,12 @@ def test_the_workflow_gives_what_a_run_gives_number_for_number(tmp_path):
     known = {path.name: load(path) for path in (tmp_path / "plain" / "results").glob("*.npz")}
     assert found.keys() == known.keys() and len(known) > 2
     for name, result in known.items():
-        assert found[name].displacement.tobytes() == result.displacement.tobytes()
+        if result.solver == "ancf":
+            assert found[name].displacement.tobytes() == result.displacement.tobytes()
+        # the reference's sparse solver (MKL) rounds by how memory happens to lie: 2e-15 m was seen in one unit of 36
+        np.testing.assert_allclose(found[name].displacement, result.displacement, rtol=0, atol=1e-12)
         assert (found[name].status, found[name].unknowns) == (result.status, result.unknowns)
     pages = [json.loads((tmp_path / out / "cantilever_plain_patch.json").read_text()) for out in ("flow", "plain")]
     values = [[row["value"] for row in page["rows"]] for page in pages]
-    assert values[0] == values[1] and (tmp_path / "flow" / "index.html").exists()
+    np.testing.assert_allclose(values[0], values[1], rtol=0, atol=1e-12)
+    assert (tmp_path / "flow" / "index.html").exists()

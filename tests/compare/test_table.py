@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from compare.formats import FORMATS, as_terminal
 from compare.scene import AncfLevel, load
 from compare.study import AS_STATED, Entry
 from compare.table import (
-    FORMATS,
     KEYS,
-    as_terminal,
     convergences,
     element,
     judgements,

@@ -1,0 +1,120 @@
+"""Run the integration study, judge it, write integration.html and integration.json.
+
+    python -m reports.integration --budget quick|standard|full
+
+Every unit runs in a process of its own with one thread.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from compare.provenance import provenance
+from compare.report import write
+from compare.scene import BUDGETS
+from compare.verdict import Figure, at_least, at_most
+from reports.integration import cases
+from reports.integration.page import page
+from reports.unit import Measured, measure
+
+OUT = Path("reports/build")
+COUNTS = {
+    "quick": ([2, 3, 4, 5], [5, 10, 20, 40]),
+    "standard": ([1, 2, 3, 4, 5, 6, 7], [3, 5, 7, 10, 14, 20, 28, 40, 56]),
+    "full": ([1, 2, 3, 4, 5, 6, 7, 8, 9], [3, 5, 7, 10, 14, 20, 28, 40, 56, 80, 112]),
+}
+MESHES = {"quick": [1, 3], "standard": [1, 2, 3, 5], "full": [1, 2, 3, 4, 5, 7]}
+ENOUGH = 1e-4  # an error that no plot of the norm shows
+WHERE = "against gmsh: volume, centroid and inertia of the solid that OCC cuts"
+
+
+def run(budget: str, jobs: int = 2) -> tuple[list[Measured], list[Measured]]:
+    """Matrices and volumes of every case."""
+    subdomain, whole = COUNTS[budget]
+    with ThreadPoolExecutor(jobs) as pool:
+        matrices = [
+            pool.submit(measure, "integration.runs.matrices", case=name, subdomain=subdomain, whole=whole)
+            for name in cases.NAMES
+        ]
+        volumes = [
+            pool.submit(measure, "integration.runs.volumes", case=name, meshes=MESHES[budget]) for name in cases.NAMES
+        ]
+        found = []
+        for future in [*matrices, *volumes]:
+            measured = future.result()
+            print(f"{measured.name} {measured.arguments['case']}: {measured.status}", file=sys.stderr, flush=True)
+            found.append(measured)
+    return found[: len(matrices)], found[len(matrices) :]
+
+
+def rows(matrices: Sequence[Measured]) -> list[dict[str, Any]]:
+    """Every measured rule."""
+    return [row for measured in matrices for row in measured.get("rows") or ()]
+
+
+def figures(matrices: Sequence[Measured], volumes: Sequence[Measured]) -> list[Figure]:
+    """What the study is judged by."""
+    failed = [m.arguments["case"] for m in (*matrices, *volumes) if not m.ok]
+    differences = [m.get(key) for m in volumes for key in ("volume_error", "centroid_error", "inertia_error")]
+    worst = None if failed else max(differences)
+    made = rows(matrices)
+    four = _worst(made, cases.POLYNOMIAL, "subdomain", 4)
+    three = _worst(made, ("Fig. 4",), "subdomain", 3)
+    forty = _worst(made, ("Fig. 4",), "global", 40)
+    own = "against its own rule of 9 points, norm of the difference of matrices over the norm"
+    about = f"Of {', '.join(cases.POLYNOMIAL)}; the larger of mass and stiffness."
+    return [
+        at_most("tread_volume_error", "Volume, centroid, inertia: plate rule against the solid", worst, "", 1e-6,
+                against=WHERE, note=f"Failed: {', '.join(failed)}." if failed else "All cases on several meshes."),
+        at_most("subdomain_error_4_points", "Four points per subdomain, polynomial grooves", four, "", 1e-10,
+                against=own, note=about),
+        at_most("subdomain_error_3_points", "Fig. 4: three points per subdomain", three, "", ENOUGH, against=own,
+                note="Section 5.2 of the paper: more than three points bring nothing."),
+        at_least("global_error_40_points", "Fig. 4: forty global points are not enough", forty, "", ENOUGH,
+                 against=own, note="Section 5.2 of the paper: more than 40 global points do not converge."),
+    ]  # fmt: skip
+
+
+def _worst(made: Sequence[dict[str, Any]], names: Sequence[str], rule: str, count: int) -> float | None:
+    """Largest error of some cases with a rule; None where one is missing."""
+    own = [row for row in made if row["case"] in names and row["rule"] == rule and row["count"] == count]
+    if len({row["case"] for row in own}) < len(names):
+        return None
+    return max(max(row["mass_error"], row["stiffness_error"]) for row in own)
+
+
+def publish(matrices: Sequence[Measured], volumes: Sequence[Measured], budget: str, folder: Path = OUT) -> Path:
+    """Write integration.html and integration.json into `folder`; returns the page's path."""
+    judged, about = figures(matrices, volumes), provenance()
+    content = {
+        "figures": {figure.name: figure.entry() for figure in judged},
+        "notes": {figure.name: figure.words() for figure in judged},
+        "budget": budget,
+        "rows": rows(matrices),
+        "volumes": [{"case": m.arguments["case"], "status": m.status, **m.values} for m in volumes],
+        "provenance": about,
+    }
+    return write(folder, "integration", page(judged, content["rows"], content["volumes"], about), content)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run, tell, publish; exit status 1 where a figure missed its bar or a unit failed."""
+    parser = argparse.ArgumentParser(prog="python -m reports.integration")
+    parser.add_argument("--budget", choices=BUDGETS, default="standard")
+    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
+    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
+    options = parser.parse_args(words)
+    matrices, volumes = run(options.budget, options.jobs)
+    path = publish(matrices, volumes, options.budget, options.out)
+    judged = figures(matrices, volumes)
+    for figure in judged:
+        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
+        value = "-" if figure.value is None else format(figure.value, figure.form)
+        print(f"{figure.name:28} {value:>10} {state}")
+    print(f"page: {path}")
+    return int(any(figure.met is not True for figure in judged))

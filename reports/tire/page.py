@@ -38,10 +38,11 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
     return [
         _height(solids, own, have),
         *_lined(solids, lined),
+        _fitted_cost(solids, lined),
         _number(solids, own, have, "peak_force", "peak_force_percent", "Peak force"),
         _number(solids, own, have, "footprint", "footprint_percent", "Footprint, the largest pressed area"),
         _jacobian(solids, own, have),
-        _cost(solids, plates, own, have),
+        _cost(solids, own, have),
         *_rubber(found["rubber"][0]),
         _energy(found),
         _symmetry(found["saved"]),
@@ -110,20 +111,27 @@ def _jacobian(solids, own, have: bool) -> Figure:
     return at_most("jacobian_difference_percent", label, value, "%", 0.5, against=against, note=note)
 
 
-def _cost(solids, plates, own, have: bool) -> Figure:
-    value, note = None, ""
-    if have:
-        line = path_limit(solids)
-        errors = [limits.error(o, line) for o in solids.outcomes]
-        seconds = [o.get("cpu_seconds") for o in solids.outcomes]
-        wanted = limits.error(own, line)
-        needed = limits.cost_at(errors, seconds, wanted)
-        if needed is not None:
-            value = needed / own.get("cpu_seconds")
-            spent = own.get("cpu_seconds")
-            note = f"At {wanted:.2f} % of node 1's path: {needed:.0f} s on the solid's line for {spent:.0f} s."
+def _cost(solids, own, have: bool) -> Figure:
+    value, note = _equal_cost(solids, own) if have else (None, "")
     label = "CPU of the solid over that of 24 x 10 elements at equal error"
     return at_least("cost_ratio", label, value, "times", 20.0, against=f"cross-code: {LIMIT}", note=note)
+
+
+def _fitted_cost(solids, own) -> Figure:
+    value, note = _equal_cost(solids, own) if solids.outcomes and own is not None else (None, "")
+    label = "The same of 24 x 16 elements with lines on groove edges"
+    return stated("fitted_cost_ratio", label, value, "times", against=f"cross-code: {LIMIT}", note=note)
+
+
+def _equal_cost(solids, own) -> tuple[float | None, str]:
+    """CPU of the solid over that of a run of the plate at the run's own path error, and how it came about."""
+    line = path_limit(solids)
+    errors = [limits.error(o, line) for o in solids.outcomes]
+    wanted, spent = limits.error(own, line), own.get("cpu_seconds")
+    needed = limits.cost_at(errors, [o.get("cpu_seconds") for o in solids.outcomes], wanted)
+    if needed is None:
+        return None, ""
+    return needed / spent, f"At {wanted:.2f} % of node 1's path: {needed:.0f} s on the solid's line for {spent:.1f} s."
 
 
 def _rubber(outcome: Outcome) -> list[Figure]:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from compare.plots import Series, history_plot, log_plot, map_plot
-from compare.report import Block, Column, Plots, Section, Table, Text
+from compare.report import Block, Bullets, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.hard_cases.chapter import Outcome
 from reports.tire import limits
@@ -237,6 +237,8 @@ def row(outcome: Outcome, **more: Any) -> dict[str, Any]:
     own = {column.key: outcome.get(column.key) for column in RUNS}
     solver = outcome.asked.arguments.get("solver", "ancf")
     elements = own["elements"] and int(own["elements"])
+    if outcome.asked.arguments.get("law") == "points":
+        own["footprint"] = None  # points have no area
     return (
         own | {"case": case(outcome), "solver": solver, "elements": elements, "status": outcome.measured.status} | more
     )
@@ -265,7 +267,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
     """The page between its verdict and its commands."""
     assumed = [f"Assumed: {words}" if "ssumed" not in words else words for words in scene_words()["assumed"]]
     made = [
-        Section("tire", "What is dropped", [Text(assumed)], "Tire"),
+        Section("tire", "What is dropped", [Bullets(assumed)], "Tire"),
         Section("drop", "The fall, both solvers", _drop(found["drop"]), "Fall"),
         Section("print", "Footprint", _print(found["print"]), "Footprint"),
     ]
@@ -399,7 +401,9 @@ def _long(outcomes: Sequence[Outcome]) -> list[Block]:
                 "Where the energy is.",
             )
         )
-    return [Table("Energy never rises but by the work of gravity.", RUNS, [row(o) for o in outcomes]), Plots(plots)]
+    rises = max((o.get("energy_gain") for o in good), default=0.0)
+    words = f"The energy without the work of gravity rises by {rises:.1e} % of that work at most."
+    return [Table(words, RUNS, [row(o) for o in outcomes]), Plots(plots)]
 
 
 PRESSED = (

@@ -83,8 +83,8 @@ def follower_pressure(solid: Solid, side: int, height: float, pressure: float, h
     mesh, element = solid.mesh, ElementTriP2()
     facets = mesh.boundary_facets()
     corners = mesh.facets[:, facets]
-    on = (np.abs(solid.box.doflocs[2][corners] - side * height) < 1e-7 * solid.extent).all(axis=0)
-    corners = corners[:, on]
+    on = (np.abs(solid.places[2][corners] - side * height) < 1e-7 * solid.extent).all(axis=0)
+    corners, behind = corners[:, on], mesh.t[:, mesh.f2t[0, facets[on]]]
     edges = np.sort(mesh.edges, axis=0)
     keys = edges[0].astype(np.int64) * mesh.nvertices + edges[1]
     order = np.argsort(keys)
@@ -98,7 +98,7 @@ def follower_pressure(solid: Solid, side: int, height: float, pressure: float, h
     values = [element.lbasis(where, a) for a in range(6)]
     shape = np.array([value for value, _ in values])
     by_s, by_t = (np.array([np.broadcast_to(slope[c], weight.shape) for _, slope in values]) for c in (0, 1))
-    x, y = solid.box.doflocs[:2, nodes.T[:3]]
-    turned = (x[1] - x[0]) * (y[2] - y[0]) - (x[2] - x[0]) * (y[1] - y[0])
-    outward = side * np.sign(turned)
+    x = mesh.doflocs[:, corners]
+    out = x.mean(axis=1) - mesh.doflocs[:, behind].mean(axis=1)
+    outward = np.sign(np.einsum("cm,cm->m", np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0], axis=0), out))
     return FollowerPressure(pressure, np.array(history), nodes, outward, mesh.doflocs.T, shape, by_s, by_t, weight)

@@ -116,4 +116,4 @@ def test_a_ladder_of_one_has_its_own_value_for_a_limit():
     only = limits.ladder(_found()["drop"][2:3], "reference")
     assert only.limit("travel")[0] == only.outcomes[0].get("travel")
     assert np.array_equal(page.path_limit(only), only.outcomes[0].get("node_1"))
-    assert limits.cost_at([1.0], [2.0], 0.5) is None
+    assert limits.cost_at([1.0], [2.0], 0.5) is None and limits.cost_at([1.0, 0.0], [2.0, 3.0], 0.5) is None

@@ -31,7 +31,7 @@ EVEN = {  # elements of the quarter
     "full": ([6, 3], [8, 4], [12, 5], [16, 8], [24, 10]),
 }
 FITTED = {"quick": ([12, 4],), "standard": ([8, 3], [12, 4], [16, 8]), "full": ([8, 3], [12, 4], [16, 8], [24, 10])}
-SIZES = {"quick": (0.4, 0.3), "standard": (0.3, 0.22, 0.16), "full": (0.3, 0.22, 0.16, 0.13)}
+SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.3, 0.22, 0.16), "full": (0.3, 0.22, 0.16, 0.13)}
 PAPER = {"element": "conforming", "volumetric": "reduced", "points": [4, 4, 3]}
 LONG = {"quick": [], "standard": [6, 3], "full": [12, 5]}
 

@@ -9,7 +9,7 @@ READY := $(VENV)/.ready
 LIBRARIES := libGLU.so.1 libGL.so.1 libEGL.so.1 libXrender.so.1 libXcursor.so.1 libXft.so.2 libXinerama.so.1 libgomp.so.1
 PACKAGES := libglu1-mesa libgl1 libegl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1
 
-.PHONY: help setup system browser cantilever bench hard-cases integration plate-drop test test-slow check lint clean
+.PHONY: help setup system browser cantilever bench hard-cases integration plate-drop tire test test-slow check lint clean
 
 help: ## show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*##/\t/' | expand -t 14

@@ -233,6 +233,7 @@ def invert(curve: Curve, values: ArrayLike, component: int = 0) -> np.ndarray:
     at_breaks = np.maximum.accumulate(curve_derivatives(curve, breaks)[0][:, component])
     span = np.clip(np.searchsorted(at_breaks, y, side="right") - 1, 0, len(breaks) - 2)
     low, high = breaks[span], breaks[span + 1]
+    low, high = np.where(y > at_breaks[-1], high, low), np.where(y < at_breaks[0], low, high)  # beyond: the end itself
     u, last = (low + high) / 2, high - low
     for _ in range(ITERATIONS):
         c, c_u, _ = curve_derivatives(curve, u)

@@ -59,8 +59,12 @@ def error(outcome: Outcome, limit: np.ndarray, key: str = "node_1") -> float:
 
 
 def cost_at(errors: Sequence[float], seconds: Sequence[float], wanted: float) -> float | None:
-    """Seconds at which a ladder has an error, on the straight line through its logarithms; None of fewer than two."""
-    if len(errors) < 2:
+    """Seconds at which a ladder has an error, on the straight line through its logarithms; None of fewer than two.
+
+    A run that is the limit itself has no error and no place on the line.
+    """
+    pairs = [(np.log(e), np.log(s)) for e, s in zip(errors, seconds, strict=True) if e > 0]
+    if len(pairs) < 2 or wanted <= 0:
         return None
-    slope, start = np.polyfit(np.log(errors), np.log(seconds), 1)
+    slope, start = np.polyfit(*np.array(pairs).T, 1)
     return float(np.exp(start + slope * np.log(wanted)))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from compare.plots import Series, history_plot, log_plot, map_plot
-from compare.report import Block, Column, Plots, Section, Table, Text
+from compare.report import Block, Bullets, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.hard_cases.chapter import Outcome
 from reports.tire import limits
@@ -22,6 +22,7 @@ LEAD = (
 MESH = [12, 5]  # of the quarter: 24 x 10 elements of the whole tire
 FIT = [0.4]  # thicknesses beside the edges of grooves, where grid lines lie as well as on them
 LINED = [12, 4]  # with those lines 12 x 8: 24 x 16 of the whole tire
+DEFLECTION, INFLATION = 0.04, 3e5  # m and Pa of the comparison with the beads held
 LIMIT = "the reference's extrapolated ladder"
 NUMBERS = ("travel", "peak_force", "footprint")
 
@@ -37,13 +38,15 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
     return [
         _height(solids, own, have),
         *_lined(solids, lined),
+        _fitted_cost(solids, lined),
         _number(solids, own, have, "peak_force", "peak_force_percent", "Peak force"),
         _number(solids, own, have, "footprint", "footprint_percent", "Footprint, the largest pressed area"),
         _jacobian(solids, own, have),
-        _cost(solids, plates, own, have),
+        _cost(solids, own, have),
         *_rubber(found["rubber"][0]),
         _energy(found),
         _symmetry(found["saved"]),
+        *_stiffness(found["pressed"]),
         _hard(found["hard"]),
     ]
 
@@ -108,20 +111,27 @@ def _jacobian(solids, own, have: bool) -> Figure:
     return at_most("jacobian_difference_percent", label, value, "%", 0.5, against=against, note=note)
 
 
-def _cost(solids, plates, own, have: bool) -> Figure:
-    value, note = None, ""
-    if have:
-        line = path_limit(solids)
-        errors = [limits.error(o, line) for o in solids.outcomes]
-        seconds = [o.get("cpu_seconds") for o in solids.outcomes]
-        wanted = limits.error(own, line)
-        needed = limits.cost_at(errors, seconds, wanted)
-        if needed is not None:
-            value = needed / own.get("cpu_seconds")
-            spent = own.get("cpu_seconds")
-            note = f"At {wanted:.2f} % of node 1's path: {needed:.0f} s on the solid's line for {spent:.0f} s."
+def _cost(solids, own, have: bool) -> Figure:
+    value, note = _equal_cost(solids, own) if have else (None, "")
     label = "CPU of the solid over that of 24 x 10 elements at equal error"
     return at_least("cost_ratio", label, value, "times", 20.0, against=f"cross-code: {LIMIT}", note=note)
+
+
+def _fitted_cost(solids, own) -> Figure:
+    value, note = _equal_cost(solids, own) if solids.outcomes and own is not None else (None, "")
+    label = "The same of 24 x 16 elements with lines on groove edges"
+    return stated("fitted_cost_ratio", label, value, "times", against=f"cross-code: {LIMIT}", note=note)
+
+
+def _equal_cost(solids, own) -> tuple[float | None, str]:
+    """CPU of the solid over that of a run of the plate at the run's own path error, and how it came about."""
+    line = path_limit(solids)
+    errors = [limits.error(o, line) for o in solids.outcomes]
+    wanted, spent = limits.error(own, line), own.get("cpu_seconds")
+    needed = limits.cost_at(errors, [o.get("cpu_seconds") for o in solids.outcomes], wanted)
+    if needed is None:
+        return None, ""
+    return needed / spent, f"At {wanted:.2f} % of node 1's path: {needed:.0f} s on the solid's line for {spent:.1f} s."
 
 
 def _rubber(outcome: Outcome) -> list[Figure]:
@@ -153,6 +163,31 @@ def _symmetry(outcomes: Sequence[Outcome]) -> Figure:
         value = 100 * (max(heights) - min(heights)) / abs(heights[0])
     label, against = "Quarter, half and whole tire, path of node 1", "exact: symmetry"
     return at_most("symmetry_percent", label, value, "%", 0.1, against=against, form=".1e")
+
+
+def _stiffness(outcomes: Sequence[Outcome]) -> list[Figure]:
+    """Axle load and footprint at one deflection against the finest solid's, as figures without a bar."""
+    both = [
+        o
+        for o in outcomes
+        if (o.asked.arguments["deflection"], o.asked.arguments["inflation"]) == (DEFLECTION, INFLATION)
+    ]
+    plates = [o for o in both if "solver" not in o.asked.arguments and o.ok]
+    solids = sorted(
+        (o for o in both if "solver" in o.asked.arguments and o.ok), key=lambda o: o.asked.arguments["size"]
+    )
+    made = []
+    for key, label in (("load", "Axle load"), ("footprint", "Footprint under it")):
+        value, note = None, ""
+        if plates and solids:
+            signed = 100 * (plates[0].get(key) / solids[0].get(key) - 1)
+            value, note = abs(signed), f"{signed:+.2f} %; solids, fine to coarse: "
+            note += ", ".join(f"{o.get(key):,.4g}" for o in solids) + "."
+        words = f"{label} at {DEFLECTION:g} m and {INFLATION / 1e5:g} bar, beads held, 24 x 16 with lines"
+        made.append(
+            stated(f"static_{key}_percent", words, value, "%", against="cross-code: the finest solid", note=note)
+        )
+    return made
 
 
 def _hard(outcomes: Sequence[Outcome]) -> Figure:
@@ -202,6 +237,8 @@ def row(outcome: Outcome, **more: Any) -> dict[str, Any]:
     own = {column.key: outcome.get(column.key) for column in RUNS}
     solver = outcome.asked.arguments.get("solver", "ancf")
     elements = own["elements"] and int(own["elements"])
+    if outcome.asked.arguments.get("law") == "points":
+        own["footprint"] = None  # points have no area
     return (
         own | {"case": case(outcome), "solver": solver, "elements": elements, "status": outcome.measured.status} | more
     )
@@ -230,7 +267,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
     """The page between its verdict and its commands."""
     assumed = [f"Assumed: {words}" if "ssumed" not in words else words for words in scene_words()["assumed"]]
     made = [
-        Section("tire", "What is dropped", [Text(assumed)], "Tire"),
+        Section("tire", "What is dropped", [Bullets(assumed)], "Tire"),
         Section("drop", "The fall, both solvers", _drop(found["drop"]), "Fall"),
         Section("print", "Footprint", _print(found["print"]), "Footprint"),
     ]
@@ -239,6 +276,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
     if "long" in found:
         made.append(Section("long", "Two seconds", _long(found["long"]), "Long run"))
     made += [
+        Section("pressed", "Held by its rim, inflated, loaded", _pressed(found["pressed"]), "Axle load"),
         Section("saved", "What was left out, and what that saved", _saved(found["saved"]), "Left out"),
         Section("hard", "Hard cases", _hard_table(found["hard"]), "Hard cases"),
     ]
@@ -363,7 +401,56 @@ def _long(outcomes: Sequence[Outcome]) -> list[Block]:
                 "Where the energy is.",
             )
         )
-    return [Table("Energy never rises but by the work of gravity.", RUNS, [row(o) for o in outcomes]), Plots(plots)]
+    rises = max((o.get("energy_gain") for o in good), default=0.0)
+    words = f"The energy without the work of gravity rises by {rises:.1e} % of that work at most."
+    return [Table(words, RUNS, [row(o) for o in outcomes]), Plots(plots)]
+
+
+PRESSED = (
+    Column("solver", "solver"),
+    Column("inflation", "inflation", ",.0f", "Pa"),
+    Column("deflection", "deflection", ".3f", "m"),
+    Column("load", "axle load", ",.0f", "N"),
+    Column("footprint", "footprint", ".4f", "m²"),
+    Column("ratio", "|J| below", ".4f"),
+    Column("unknowns", "unknowns", ",d"),
+    Column("iterations", "iterations", "d"),
+    Column("cpu_seconds", "CPU", ".2f", "s"),
+    Column("status", "status"),
+)
+
+
+def _pressed(outcomes: Sequence[Outcome]) -> list[Block]:
+    words = [
+        "Opt-in, each stated by the scene alone: the beads held as on a rigid rim (clamp), inflation that follows the "
+        "inner face, statics of the weightless tire. The rim comes nearer to the ground than where the tread touches.",
+    ]
+    table = [
+        {column.key: o.get(column.key) for column in PRESSED}
+        | {key: o.asked.arguments[key] for key in ("inflation", "deflection")}
+        | {"solver": o.asked.arguments.get("solver", "ancf"), "status": o.measured.status}
+        for o in outcomes
+    ]
+    lines = []
+    for inflation, role in ((0.0, "ancf exact"), (INFLATION, "ancf")):
+        own = [
+            o
+            for o in outcomes
+            if o.ok and "solver" not in o.asked.arguments and o.asked.arguments["inflation"] == inflation
+        ]
+        x, y = [0.0, *(o.asked.arguments["deflection"] for o in own)], [0.0, *(o.get("load") / 1e3 for o in own)]
+        lines.append(Series(f"plate, {inflation / 1e5:g} bar", role, x, y))
+    solids = [o for o in outcomes if o.ok and "solver" in o.asked.arguments]
+    if solids:
+        x, y = [o.asked.arguments["deflection"] for o in solids], [o.get("load") / 1e3 for o in solids]
+        lines.append(Series("solids", "reference", x, y))
+    labels = ("deflection (m)", "axle load (kN)")
+    plot = history_plot("pressed", "Load and deflection", "Axle load over the rim's way.", labels, lines, None)
+    return [
+        Text(words),
+        Table("Axle load and footprint.", PRESSED, table),
+        Plots([(plot, "Axle load over deflection.")]),
+    ]
 
 
 SAVED = (

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from compare.result import Result
-from reports.tire.scenes import FALL, PER_POINT, SHARE, WEIGHT, tire
+from reports.tire.scenes import FALL, PER_POINT, SHARE, WEIGHT, stated, tire
 
 OF_SCENE = ("until", "stiffness", "bulk", "depth", "ground")
 REPEATS = 5
@@ -180,3 +180,32 @@ def _least(call: Callable[[], Any]) -> float:
         call()
         found.append(time.process_time() - begin)
     return min(found)
+
+
+def pressed(deflection: float, inflation: float = 0.0, solver: str = "ancf", **level: Any) -> dict[str, Any]:
+    """The weightless tire with its beads held on a rigid rim, pressed on the ground by the rim: load, footprint.
+
+    deflection (m): how far the rim is nearer to the ground than where the undeformed tread touches it. inflation (Pa):
+    follows the inner face.
+    """
+    inner = {"kind": "pressure", "face": "bottom", "pressure": inflation, "follower": True}
+    more = {
+        "loads": [inner | {"history": [[0.0, 0.0], [1.0, 1.0]]}] if inflation else [],
+        "supports": [*stated()["supports"], {"kind": "clamp", "edge": "y1"}],
+        "analysis": {"kind": "static", "until": 1.0, "every": 1.0},
+    }
+    ground = {"damping": 0.0}
+    scene, own = tire({"time_step": 0.25} | level, solver, "quarter", -deflection, ground=ground, **more)
+    result = _solved(scene, own, solver)
+    if result.status != "ok":
+        return {"status": result.status, "message": result.message}
+    return {
+        "status": result.status,
+        "unknowns": result.unknowns,
+        "load": float(4 * result.contact.force[-1, 0, 2]),
+        "footprint": float(4 * result.contact.area[-1, 0]),
+        "lower": float(result.displacement[-1, 1, 2]),
+        "ratio": float(result.volume_ratio[-1, 0]),
+        "cpu_seconds": result.cpu_seconds,
+        "iterations": result.newton_iterations,
+    }

@@ -11,7 +11,7 @@ from typing import Any
 import compare
 from compare.scene import Level, Scene, parse
 
-FILE = Path(compare.__file__).parent / "scenes" / "tire.toml"
+FILE = Path(compare.__file__).parent / "scenes" / "falling_tire.toml"
 TREAD = -1.3145  # m: Z of the tread's lowest points
 FALL = 0.02  # m
 WEIGHT = 9.81  # m/s2

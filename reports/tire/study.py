@@ -31,7 +31,7 @@ EVEN = {  # elements of the quarter
     "full": ([6, 3], [8, 4], [12, 5], [16, 8], [24, 10]),
 }
 FITTED = {"quick": ([12, 4],), "standard": ([8, 3], [12, 4], [16, 8]), "full": ([8, 3], [12, 4], [16, 8], [24, 10])}
-SIZES = {"quick": (0.4, 0.3), "standard": (0.3, 0.22, 0.16), "full": (0.3, 0.22, 0.16, 0.13)}
+SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.3, 0.22, 0.16), "full": (0.3, 0.22, 0.16, 0.13)}
 PAPER = {"element": "conforming", "volumetric": "reduced", "points": [4, 4, 3]}
 LONG = {"quick": [], "standard": [6, 3], "full": [12, 5]}
 
@@ -51,6 +51,7 @@ def units(budget: str) -> list[tuple[str, Asked]]:
         ("print", Asked(f"{RUNS}.footprint", {"mesh": FITTED[budget][-1], "fit": page.FIT, "points": [7, 5, 3]}))
     )
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
+    found += [("pressed", asked) for asked in _pressed(budget)]
     found += [("hard", asked) for asked in _hard(budget)]
     found.append(("rubber", Asked(f"{RUNS}.rubber", {"mesh": [12, 5]})))
     return found
@@ -60,12 +61,23 @@ def _drop(**arguments: Any) -> Asked:
     return Asked(f"{RUNS}.drop", {**arguments, "until": UNTIL})
 
 
+def _pressed(budget: str) -> Iterator[Asked]:
+    """Load-deflection curves with and without inflation, and one point of them by the solid."""
+    for inflation in (0.0, page.INFLATION):
+        for deflection in (0.01, 0.02, page.DEFLECTION, 0.06):
+            told = {"deflection": deflection, "inflation": inflation, "mesh": page.LINED, "fit": page.FIT}
+            yield Asked(f"{RUNS}.pressed", told)
+    for size in SIZES[budget][:3]:
+        told = {"deflection": page.DEFLECTION, "inflation": page.INFLATION, "solver": "reference", "size": size}
+        yield Asked(f"{RUNS}.pressed", told)
+
+
 def _hard(budget: str) -> Iterator[Asked]:
     """Item by item what is far from the scene; on the coarsest mesh, 12 x 6 of the whole tire."""
     cases: list[dict[str, Any]] = [{"bulk": 1e4 * 4.5e6 / 1.33e8}, {"height": 0.2}, {"stiffness": 100.0}]
-    cases += [{"depth": 0.09}, {"time_step": 4e-3}, {"time_step": 2e-3, "integrator": "trapezoidal"}]
+    cases += [{"depth": 0.09}, {"time_step": 4e-3}, {"time_step": 2e-3, "integrator": "generalized-alpha"}]
     if budget != "quick":
-        cases += [{"time_step": 4e-4}, {"time_step": 4e-3, "integrator": "trapezoidal"}]
+        cases += [{"time_step": 4e-4}]
     if budget == "full":
         cases += [{"time_step": 4e-5}]
     for case in cases:

@@ -103,15 +103,15 @@ BROKEN = {
 @pytest.mark.parametrize("changes, said", BROKEN.values(), ids=BROKEN.keys())
 def test_a_scene_that_breaks_its_symmetry_is_refused(changes, said):
     with pytest.raises(SceneError) as refused:
-        load("tire").override(changes)
+        load("falling_tire").override(changes)
     assert [problem for problem in refused.value.problems if said in problem], refused.value.problems
 
 
 def test_what_keeps_a_symmetry_is_accepted():
     """A drum along or across a plane, a ball in both planes, a fall straight down."""
     for axis in ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0]):
-        load("tire").override(
+        load("falling_tire").override(
             {"obstacles.0.shape": {"kind": "drum", "point": [0.0, 0.0, -2.0], "axis": axis, "radius": 0.5}}
         )
-    load("tire").override({"obstacles.0.shape": {"kind": "sphere", "centre": [0.0, 0.0, -2.0], "radius": 0.5}})
-    load("tire").override({"initial": {"velocity": [0.0, 0.0, -1.0]}})
+    load("falling_tire").override({"obstacles.0.shape": {"kind": "sphere", "centre": [0.0, 0.0, -2.0], "radius": 0.5}})
+    load("falling_tire").override({"initial": {"velocity": [0.0, 0.0, -1.0]}})

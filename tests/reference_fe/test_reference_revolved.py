@@ -9,6 +9,7 @@ import pytest
 
 from reference_fe import run
 from reference_fe.contact import face
+from reference_fe.elasticity import pattern, tabulate
 from reference_fe.geometry import MeshError
 from reference_fe.loads import pressure_force
 from reference_fe.mesh import make
@@ -97,6 +98,19 @@ def test_a_probe_beside_the_seam_is_found_on_either_side():
         at = (x, solid.box.p[1].max() / 2, 0.01)
         point = point_weights(solid, at) @ solid.mesh.doflocs.T
         assert np.abs(point - carry(surface, np.array([at]).T)[:, 0]).max() < 2e-3
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_faces_of_a_closed_ring_are_whole(side):
+    """Contact's points add up to the face's area; a follower pressure at rest is the dead one, all around."""
+    solid, _ = solid_of(scene_of(cylinder(1.0, 0.6)), 0.4)
+    height, table = 0.05, tabulate(solid, 4)
+    own = face(solid, pattern(table.nodes, np.zeros(solid.mesh.doflocs.shape[1], dtype=bool)), side)
+    assert own.weight.sum() == pytest.approx(2 * math.pi * (1 + side * height) * 0.6, rel=2e-3)
+    assert np.abs(np.hypot(*own.place.reshape(-1, 3)[:, [0, 2]].T) - 1 - side * height).max() < 3e-3
+    dead = pressure_force(solid, side, height)
+    follower = follower_pressure(solid, side, height, 1.0, [[0.0, 1.0]])
+    assert np.abs(follower.force(np.zeros_like(dead), 0.0) - dead).max() < 1e-4 * np.abs(dead).max()
 
 
 def test_a_ring_under_pressure_grows_as_lame_says():

@@ -1,0 +1,119 @@
+"""The tire's scene has the size it states, its parts are one tire, and its page judges what it is given."""
+
+import json
+
+import numpy as np
+import pytest
+
+from ancf.run import build
+from compare.scene import load
+from compare.scene_revolved import section_curve
+from reports.hard_cases.chapter import Asked, Outcome
+from reports.tire import limits, page, runs, study
+from reports.tire.scenes import SHARE, tire
+from reports.unit import Measured
+
+COARSE = {"mesh": [4, 2], "element": "conforming", "points": [4, 4, 2], "volumetric": "full"}
+T = np.linspace(0.0, 0.32, 9)
+
+
+def test_the_section_has_the_size_that_the_scene_states():
+    """45/65 R45: overall diameter 2.629 m, section width 1.143 m, rim diameter 1.143 m, to a millimetre."""
+    scene = load("falling_tire")
+    (along, radius), (along_u, radius_u) = section_curve(scene.surface, np.linspace(0.0, 1.0, 2001))
+    speed = np.hypot(along_u, radius_u)
+    outer = along - radius_u / speed * scene.thickness / 2, radius + along_u / speed * scene.thickness / 2
+    assert 2 * outer[1].max() == pytest.approx(2.629, abs=1e-3)
+    assert 2 * outer[0].max() == pytest.approx(1.143, abs=1e-3)
+    assert 2 * radius[-1] == pytest.approx(1.143, abs=1e-9)
+    assert 2 * outer[0][-1] == pytest.approx(0.91, abs=1e-9)  # beads, outside to outside
+    assert along_u[-1] == pytest.approx(0.0, abs=1e-12)  # the bead's face is a cylinder on the rim
+
+
+def test_quarter_half_and_whole_are_one_tire():
+    """As much material, and after three steps of a landing the same place of node 1, by symmetry."""
+    volume, found = {}, {}
+    for part, share in SHARE.items():
+        volume[part] = share * build(*tire(COARSE, part=part)).body.volume
+        found[part] = runs.part(part=part, steps=3, **COARSE)
+    assert volume["half"] == pytest.approx(volume["quarter"], rel=1e-12)
+    assert volume["whole"] == pytest.approx(volume["quarter"], rel=1e-12)
+    for key in ("node_1", "force"):
+        values = [found[part][key] for part in SHARE]
+        assert values == pytest.approx([values[0]] * 3, rel=1e-8)
+    assert found["quarter"]["force"] > 0
+
+
+def test_inflation_and_deflection_each_raise_the_axle_load():
+    """Statics with the beads held: a rim that is lifted carries nothing, a lower one more, and more with inflation."""
+    lifted, plain, inflated = (
+        runs.pressed(*told, mesh=[4, 2])["load"] for told in ((-0.01, 0.0), (0.02, 0.0), (0.02, 2e5))
+    )
+    assert lifted == 0.0 and 1e4 < plain < inflated
+
+
+def _run(size: float, solver: str, error: float, seconds: float, **more) -> Outcome:
+    """A run whose path and numbers differ from a half sine and 1 by `error`."""
+    told = {"solver": "reference", "size": size} if solver == "reference" else {"mesh": page.MESH}
+    path = -0.1 * (1 + error) * np.sin(np.pi * T / T[-1])
+    values = {
+        "ended": "ok", "h": size, "elements": 60, "cpu_seconds": seconds, "times": T.tolist(),
+        "node_1": path.tolist(), "force": (-path).tolist(), "area": (-path).tolist(),
+        "ratio": (1 + error * path).tolist(), "travel": 0.1 * (1 + error), "peak_force": 1 + error,
+        "footprint": 1 + error, "energy_residual": 0.1, "finite": True,
+    }  # fmt: skip
+    return Outcome(Asked("tire.runs.drop", told), Measured("tire.runs.drop", told, "ok", values | more))
+
+
+def _unit(name: str, values: dict, **arguments) -> Outcome:
+    return Outcome(Asked(name, arguments), Measured(name, arguments, "ok", values))
+
+
+def _held(load: float, **told) -> Outcome:
+    values = {"load": load, "footprint": 0.3, "unknowns": 9, "iterations": 9, "ratio": 0.99, "cpu_seconds": 1.0}
+    return _unit("pressed", values, deflection=page.DEFLECTION, inflation=page.INFLATION, **told)
+
+
+def _found() -> dict[str, list[Outcome]]:
+    solids = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (1.0, 0.5, 0.25)]
+    rubber = {"force_us": 8.0, "tangent_us": 70.0, "force_us_plain": 4.0, "tangent_us_plain": 30.0}
+    parts = [
+        _unit("part", {"node_1": -0.03, "elements": 8, "unknowns": 9, "cpu_per_step": 0.1, "memory": 99.0}, part=p)
+        for p in SHARE
+    ]
+    return {
+        "drop": [*solids, _run(0.3, "ancf", -0.025, 20.0)],
+        "print": [],
+        "saved": parts,
+        "pressed": [_held(100.0), _held(98.0, solver="reference", size=0.2)],
+        "hard": [_run(0.3, "ancf", 0.0, 1.0, energy_residual=9.0)],
+        "rubber": [_unit("rubber", rubber | {"points_per_element": 100.0})],
+    }
+
+
+def test_the_page_finds_the_limit_its_errors_and_the_cost_at_equal_error(tmp_path):
+    """Errors fall with h squared and the cost with its square: 2.5 % at h = 0.5, which takes 400 s."""
+    judged = {figure.name: figure for figure in page.figures(_found())}
+    assert judged["height_difference_percent"].value == pytest.approx(2.5, rel=1e-6)
+    assert judged["peak_force_percent"].value == pytest.approx(2.5, rel=1e-6) and judged["peak_force_percent"].met
+    assert judged["cost_ratio"].value == pytest.approx(400 / 20.0, rel=1e-6)
+    assert judged["static_load_percent"].value == pytest.approx(100 * 2 / 98)
+    assert judged["tangent_us"].met is False and judged["force_us"].met
+    assert judged["hard_cases_failed"].value == 1  # its energy drifts by 9 % under the name ok
+    path = study.publish(_found(), "quick", tmp_path)
+    assert "Node 1" in path.read_text() and json.loads(path.with_suffix(".json").read_text())["budget"] == "quick"
+
+
+def test_without_a_reference_nothing_is_judged_against_it():
+    found = _found()
+    found["drop"] = found["drop"][-1:]
+    judged = {figure.name: figure for figure in page.figures(found)}
+    names = ("height_difference_percent", "peak_force_percent", "footprint_percent", "cost_ratio")
+    assert all(judged[name].value is None and judged[name].met is None for name in names)
+
+
+def test_a_ladder_of_one_has_its_own_value_for_a_limit():
+    only = limits.ladder(_found()["drop"][2:3], "reference")
+    assert only.limit("travel")[0] == only.outcomes[0].get("travel")
+    assert np.array_equal(page.path_limit(only), only.outcomes[0].get("node_1"))
+    assert limits.cost_at([1.0], [2.0], 0.5) is None and limits.cost_at([1.0, 0.0], [2.0, 3.0], 0.5) is None

@@ -5,8 +5,9 @@ At a point with the gap g, the penetration d = -g and the normal n out of the bo
     p = max(0, k <d> + c theta d'),    <d> = max(0, d),    d' = -n . v
     t* = -(k_s s + c_s v_t),    t = t* where |t*| <= mu p (stick), mu p t*/|t*| beyond (slide)
 
-with the slip s, which a step takes on by the tangential motion of the point and which falls back to -t / k_s where it
-slides. theta is the part of a step that the point has spent inside: 1 where it began inside, else <d1> / (d1 - d0).
+with the slip s, which a step takes on by the tangential motion of the point. Where it slides, s falls back to the
+length mu p / k_s, if it is longer: a spring that its damper lets slide early does not stretch. theta is the part of a
+step that the point has spent inside: 1 where it began inside, else <d1> / (d1 - d0).
 Without it the damper's force jumps as a point enters, and a step may have no solution at all; with it every force is
 continuous and differs from the law by less than one step's.
 
@@ -17,9 +18,7 @@ For the energy-momentum scheme (`pressure_in_mean`) the spring's force is that o
     theta = (<d1> - <d0>) / (d1 - d0)
 
 along the mean normal of `ancf.obstacle`, which does exactly the work U0 - U1; the damper's c (<d1> - <d0>) / dt only
-takes energy, and so does friction, return-mapped at the end of the step, where it sticks or c_s = 0. Where a point
-slides by its damper before its spring is at the limit, -t / k_s is more slip than it had: its spring then gains energy
-that the motion did not give, at most (mu p)^2 / (2 k_s).
+takes energy, and so does friction, return-mapped at the end of the step.
 
 The derivative of a sliding friction by the gap, mu t*/|t*| (x) p_x, is not symmetric.
 """
@@ -147,7 +146,8 @@ def friction(law: Law, obstacle: Obstacle, motion: Motion, p: np.ndarray, slip: 
     slides = size > most
     t = np.where(slides, most / np.maximum(size, TINY), 1.0)[:, None] * trial
     stuck = taken - dot(n, taken)[:, None] * n
-    return Friction(t, slides, np.where(slides[:, None], -t / law.stick_stiffness, stuck))
+    held = np.minimum(1.0, most / law.stick_stiffness / np.maximum(np.sqrt(dot(stuck, stuck)), TINY))
+    return Friction(t, slides, np.where(slides, held, 1.0)[:, None] * stuck)
 
 
 def friction_x(

@@ -6,7 +6,8 @@ n: unit normal out of the body there. v: velocity of the point. d' = -n . v, v_t
 The normal traction is p = max(0, k d + c d') while d > 0, and nothing where d <= 0: damping never pulls.
 The friction is Coulomb's with stick, a traction t tangent to the body: from the slip s (m), which a step takes on
 by v_t dt, the trial is t* = -(k_s s + c_s v_t). Where |t*| <= mu p the point sticks and t = t*; beyond, it slides,
-t = mu p t*/|t*|, and s falls back to what holds that: s = -t / k_s. A point that leaves the body forgets its slip.
+t = mu p t*/|t*|, and s falls back to the length mu p / k_s where it is longer: what friction spends is never negative.
+A point that leaves the body forgets its slip.
 With law "pressure" tractions are Pa, k N/m3, c N s/m3, and each solver integrates them over its own true face.
 With law "points", the paper's, they are forces (N) at the solver's own contact points, k N/m, c N s/m: the answer then
 depends on how many points there are, so that two solvers cannot be compared by it.

@@ -94,6 +94,14 @@ def test_friction_of_one_point_by_hand():
     np.testing.assert_allclose([slid.t[0], slid.slip[0]], [[-10.0, 0, 0], [10 / 400, 0, 0]], atol=1e-14)
 
 
+def test_a_spring_that_its_damper_lets_slide_early_does_not_stretch():
+    """0.01 m in 1 ms: the damper alone, 2 x 10 = 20, is beyond mu p = 10 Pa, the spring's 4 Pa are not."""
+    motion = one([0, 0, 0.08], [0.01, 0, 0.08], [10.0, 0, 0])
+    normal = pressure_at_end(LAW, GROUND, motion)
+    slid = friction(LAW, GROUND, motion, normal.p, np.zeros((1, 3)))
+    np.testing.assert_allclose([slid.t[0], slid.slip[0]], [[-10.0, 0, 0], [0.01, 0, 0]], atol=1e-14)
+
+
 def test_part_of_a_step_inside_is_continuous_where_a_point_enters_and_where_a_step_begins():
     theta, _ = part_inside(np.array([-0.1, -0.1, -1e-12, 0.0]), np.array([1e-12, 0.1, 0.1, 0.1]))
     np.testing.assert_allclose(theta, [0.0, 0.5, 1.0, 1.0], atol=1e-10)

@@ -18,8 +18,8 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
         f"{_material_words(scene, level)}, general continuum approach, {points} Gauss points per {per}",
         _marching_words(scene, level),
     ]
-    modelled += [f"groove {band.name}: {band.face} face, along {band.along}" for band in scene.grooves]
-    modelled += [f"protrusion {band.name}: {band.face} face, along {band.along}" for band in scene.protrusions]
+    modelled += [f"groove {band.name}: {_band_words(band)}" for band in scene.grooves]
+    modelled += [f"protrusion {band.name}: {_band_words(band)}" for band in scene.protrusions]
     modelled += [_support_words(support) for support in scene.supports]
     modelled += [_load_words(load) for load in scene.loads]
     modelled += [_obstacle_words(obstacle) for obstacle in scene.obstacles]
@@ -98,6 +98,10 @@ def _load_words(load) -> str:
     if load.kind == "moment":
         return f"moment on edge {load.edge} that turns with it"
     return f"{load.kind} load"
+
+
+def _band_words(band) -> str:
+    return f"{band.face} face, " + (f"along {band.along}" if hasattr(band, "along") else "within its outline")
 
 
 def _obstacle_words(obstacle) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from compare.treads import PREFIX
 
 if TYPE_CHECKING:
-    from compare.scene import Feature, Load, Material, Scene
+    from compare.scene import Feature, Load, Material, Obstacle, Scene
 
 SURFACES = {
     "rectangle": ("rectangle", " m"),
@@ -52,6 +52,7 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
         ("material", f"{_material(material)}{density}"),
         *_supports(scene),
         *[("load", _load(load, second)) for load in scene.loads],
+        *[(f"obstacle {body.name}", _obstacle(body)) for body in scene.obstacles],
     ]
     if scene.initial is not None:
         turn = f"{_vector(scene.initial.velocity)} m/s, turning at {_vector(scene.initial.angular_velocity)} rad/s"
@@ -101,6 +102,16 @@ def _band(band: Feature) -> str:
     shape = f"depth {band.depth:g} m" if band.profile is None else f"a NURBS profile of degree {band.profile.degree}"
     limits = "" if band.extent is None else f" from {_span(band.extent)}"
     return f"{band.face} face, along {band.along}{limits}, {over} {_span(band.edges)}, {shape}"
+
+
+def _obstacle(body: Obstacle) -> str:
+    """Where it stands is in the scene; its law is that of compare/scene_contact.py."""
+    per, where = (
+        (" per m²", "of the face") if body.law == "pressure" else ("", "at each of the solver's contact points")
+    )
+    words = f"{body.shape.kind} for the {body.face} face, {body.stiffness:g} N/m{per} {where}"
+    words += f", damping {body.damping:g} N s/m{per}" if body.damping else ""
+    return words + (f", friction {body.friction:g}" if body.friction else "")
 
 
 def _load(load: Load, second: str) -> str:

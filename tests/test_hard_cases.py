@@ -138,3 +138,16 @@ def test_the_sources_of_a_measurement_are_the_whole_project():
     from reports import keep
 
     assert set(keep.PACKAGES) == {"ancf", "reference_fe", "compare", "reports"} and len(keep.sources()) == 64
+
+
+@pytest.mark.parametrize("name", study.CHAPTERS)
+def test_a_chapter_whose_units_all_failed_is_still_presented(name):
+    """Nothing of it is met: each case is missed, or shown without a number, and no figure passes."""
+    from reports.hard_cases.chapter import Outcome
+    from reports.unit import Measured
+
+    part = study.chapter(name)
+    lost = [Outcome(unit, Measured(unit.name, unit.arguments, "failed: it broke")) for unit in part.units("quick")]
+    found = part.present(lost)
+    assert found.cases and not any(case.met for case in found.cases if not case.may_fail)
+    assert not any(figure.met for figure in found.figures)

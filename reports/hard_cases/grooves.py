@@ -148,8 +148,9 @@ def _figures(rows: Sequence[dict[str, Any]]) -> list[Figure]:
     spent = [row for row in rows if _is(row, REMEDY)]
     plain = [row for row in spent if row["nu"] == 0]
     against = "Richardson limit of the reference on the patch-loaded twin"
-    several = ", ".join(f"nu = {r['nu']:g} {r['mode']} {_percent(r)} ({r['unknowns']:.0f} unknowns)" for r in spent)
-    ratios, most = [row for row in spent if row["nu"] > 0], max((row["unknowns"] for row in spent), default=None)
+    several = ", ".join(f"nu = {r['nu']:g} {r['mode']} {_percent(r)}{_of_unknowns(r)}" for r in spent)
+    ratios, unknowns = [row for row in spent if row["nu"] > 0], [row["unknowns"] for row in spent]
+    most = None if None in unknowns else max(unknowns, default=None)
     accuracy, aim = (
         "Error on the table's grooves, nu = 0, static and dynamic",
         f"{_words(REMEDY)}; the aim is 1,000, see 4x1 below",
@@ -164,6 +165,10 @@ def _figures(rows: Sequence[dict[str, Any]]) -> list[Figure]:
 
 def _percent(row: dict[str, Any]) -> str:
     return row["status"] if row["error"] is None else f"{row['error']:+.2f} %"
+
+
+def _of_unknowns(row: dict[str, Any]) -> str:
+    return "" if row["unknowns"] is None else f" ({row['unknowns']:.0f} unknowns)"
 
 
 def _worst(rows: Sequence[dict[str, Any]]) -> float | None:

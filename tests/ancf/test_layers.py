@@ -238,6 +238,7 @@ def test_a_plain_plate_has_nothing_to_choose():
     assert build(plain, LEVEL).system.unknowns == build(plain, base).system.unknowns
 
 
+@pytest.mark.slow
 def test_the_choice_beats_uniform_layers_at_equal_unknowns():
     """A third of the vectors, the best ones, give nearly all that all give; as many taken evenly give less."""
     scene, level = table_groove(), LEVEL.model_copy(update={"enrich": 0.9})

@@ -111,6 +111,7 @@ def test_a_sudden_load_takes_small_steps_first_and_keeps_the_energy(build):
     assert -0.01 < (state.kinetic + state.strain) / state.external - 1 <= 1e-6
 
 
+@pytest.mark.slow
 def test_a_short_event_costs_a_third_of_the_uniform_steps_of_the_same_error(build):
     """A slow load, then a blow of 20 ms near the end. The truth is a run of 3200 steps, wrong by a tenth of these."""
     history = [[0.0, 0.0], [1.6, 0.1], [1.61, 1.0], [1.62, 0.1]]

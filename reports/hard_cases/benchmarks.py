@@ -198,7 +198,7 @@ def cook_rubber(outcomes: Sequence[Outcome]) -> Iterator[Case]:
 
 
 RADIAL = "exact: radial equation, k = 1000 mu; allowed as in (a)"
-GALLERY = "cross-code: deal.II, another volumetric energy; nothing asked (a)"
+GALLERY = "cross-code: deal.II, nothing asked (a)"
 
 
 def _added(name: str, outer: float, closed: float) -> str:
@@ -272,8 +272,9 @@ PARTS = {
     cook_rubber: (
         "Cook's membrane of neo-Hooke rubber in plane strain, finite strain",
         f"{tables.DEALII}. mu = 0.4225 MPa, nu = 0.3, force 1 N, thickness 1 mm.",
-        "(a) There k/4 (J² - 1 - 2 ln J) is the volumetric energy, here k/2 (J - 1)²: equal to second order in J - 1, "
-        "and at nu = 0.3 J moves. How much that explains of the difference is not known; the two solvers agree.",
+        "(a) There k/4 (J² - 1 - 2 ln J) is the volumetric energy, here k/2 (J - 1)². That is not what parts them: the "
+        "solid with the other energy, h = 4 mm, rises by 14.740 mm where it rises by 14.721 with its own. Both solvers "
+        "agree; why the gallery's value is 2.7 % lower is not known, so nothing is asked.",
     ),
 }
 READING = (

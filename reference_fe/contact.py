@@ -151,7 +151,10 @@ class Obstacle:
 
 @dataclass(frozen=True)
 class Touch:
-    """What contact remembers between steps: places and slips (f, q, 3) in m of each obstacle's points, energies (J)."""
+    """What contact remembers between steps: places and slips (f, q, 3) in m of each obstacle's points, energies (J).
+
+    stored: held by the springs. spent: taken by dampers and friction.
+    """
 
     place: tuple[np.ndarray, ...]
     slip: tuple[np.ndarray, ...]

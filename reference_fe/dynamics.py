@@ -66,16 +66,6 @@ class State:
     external: float
     touch: Touch | None = None
 
-    @property
-    def contact(self) -> float:
-        """Energy (J) that the springs of contact hold."""
-        return 0.0 if self.touch is None else self.touch.stored
-
-    @property
-    def dissipated(self) -> float:
-        """Energy (J) that the dampers and the friction of contact have taken."""
-        return 0.0 if self.touch is None else self.touch.spent
-
 
 def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
     """State at rest position with the velocity (f, 3) in m/s; its acceleration satisfies the balance."""

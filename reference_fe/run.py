@@ -287,8 +287,9 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
     history.times.append(state.time)
     history.shots.take(len(history.times) - 1, full)
     history.displacement.append(np.array([weights @ full for weights in model.probes]))
+    pressed = {} if state.touch is None else {"contact": state.touch.stored, "dissipated": state.touch.spent}
     for kind, values in history.energies.items():
-        values.append(getattr(state, kind, 0.0))
+        values.append(pressed[kind] if kind in pressed else getattr(state, kind, 0.0))
     if model.slopes:
         history.volume_ratio.append([float(np.linalg.det(np.eye(3) + slope @ full)) for slope in model.slopes])
     if history.contact is not None:

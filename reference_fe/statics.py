@@ -30,16 +30,6 @@ class Balance:
     external: float
     touch: Touch | None = None
 
-    @property
-    def contact(self) -> float:
-        """Energy (J) that the springs of contact hold."""
-        return 0.0 if self.touch is None else self.touch.stored
-
-    @property
-    def dissipated(self) -> float:
-        """Energy (J) that friction has taken."""
-        return 0.0 if self.touch is None else self.touch.spent
-
 
 def begin(system: System, time: float = 0.0) -> Balance:
     """The unloaded body, before the loads at `time` act."""

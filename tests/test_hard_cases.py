@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 
 from compare import gate
+from reports import frame
 from reports.hard_cases import study
 from reports.hard_cases.chapter import Asked, Case, Chapter, case_table
 
@@ -74,7 +75,7 @@ def line(monkeypatch):
         "reports.hard_cases.line",
         SimpleNamespace(TITLE="Lines", units=lambda budget: asked, present=present),
     )
-    monkeypatch.setattr(study, "measure", measure)
+    monkeypatch.setattr(frame, "measure", measure)
     return study.run(["line"], "quick")
 
 

@@ -10,9 +10,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import sys
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from types import ModuleType
@@ -20,11 +18,10 @@ from types import ModuleType
 from compare import ci, gate
 from compare.provenance import provenance
 from compare.report import Bullets, Commands, Facts, Page, Section, Verdict, write
-from compare.scene import BUDGETS
 from compare.verdict import Figure, at_most
-from reports.hard_cases.chapter import Chapter, Outcome
+from reports import frame
+from reports.hard_cases.chapter import Chapter
 from reports.keep import kept, tidy
-from reports.unit import measure
 
 CHAPTERS: tuple[str, ...] = (
     "elements",
@@ -35,7 +32,6 @@ CHAPTERS: tuple[str, ...] = (
     "motion",
     "paths",
 )
-OUT = Path("reports/build")
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"
 TITLE = "Hard cases"
 LEAD = (
@@ -48,7 +44,6 @@ LIMITS = (
     "That a cross-code case is true: it shows two programs agreeing on one reading of the question.",
     "Anything about times: what a case costs is no case here.",
 )
-Tell = Callable[[Outcome, float], None]
 
 
 def chapter(name: str) -> ModuleType:
@@ -60,23 +55,17 @@ def run(
     names: Sequence[str],
     budget: str,
     jobs: int = 2,
-    tell: Tell = lambda outcome, done: None,
+    tell: frame.Tell = lambda outcome, done: None,
     folder: Path | None = None,
 ) -> dict[str, Chapter]:
     """Chapters by name. tell: called after each unit with its outcome and the fraction that is done.
 
     folder: where measurements are kept and read again; without one each is made.
     """
-    take = partial(kept, tidy(folder)) if folder else lambda name, arguments: measure(name, **arguments)
+    take = partial(kept, tidy(folder)) if folder else frame.afresh
     asked = [(name, unit) for name in names for unit in chapter(name).units(budget)]
-    found: dict[str, list[Outcome]] = {name: [] for name in names}
-    with ThreadPoolExecutor(jobs) as pool:
-        waiting = [(name, unit, pool.submit(take, unit.name, unit.arguments)) for name, unit in asked]
-        for done, (name, unit, future) in enumerate(waiting, 1):
-            outcome = Outcome(unit, future.result())
-            found[name].append(outcome)
-            tell(outcome, done / len(waiting))
-    return {name: chapter(name).present(outcomes) for name, outcomes in found.items()}
+    found = frame.outcomes(asked, jobs, take, tell)
+    return {name: chapter(name).present(found.get(name, [])) for name in names}
 
 
 def figures(chapters: dict[str, Chapter]) -> list[Figure]:
@@ -105,16 +94,10 @@ def gate_rows(chapters: dict[str, Chapter]) -> list[gate.Row]:
     ]
 
 
-def publish(chapters: dict[str, Chapter], budget: str, folder: Path = OUT) -> Path:
+def publish(chapters: dict[str, Chapter], budget: str, folder: Path = frame.OUT) -> Path:
     """Write hard_cases.html and hard_cases.json into `folder`; returns the page's path."""
     judged, about = figures(chapters), provenance()
-    content = {
-        "figures": {figure.name: figure.entry() for figure in judged},
-        "notes": {figure.name: figure.words() for figure in judged},
-        "budget": budget,
-        "rows": rows(chapters),
-        "provenance": about,
-    }
+    content = frame.content(judged, budget, rows(chapters), about)
     parts = [Section("verdict", "Verdict", [Verdict(judged)])]
     for name, part in chapters.items():
         parts.append(Section(name, chapter(name).TITLE, [*part.blocks]))
@@ -133,17 +116,10 @@ def main(words: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(words)
     names = options.chapter or list(CHAPTERS)
 
-    def tell(outcome: Outcome, done: float) -> None:
-        print(f"{100 * done:5.1f} %  {outcome.measured.name} {outcome.asked.arguments}: {outcome.measured.status}",
-              file=sys.stderr, flush=True)  # fmt: skip
-
     folder = None if options.fresh else options.out / "results" / "units"
-    chapters = run(names, options.budget, options.jobs, tell, folder)
+    chapters = run(names, options.budget, options.jobs, frame.say, folder)
     path = publish(chapters, options.budget, options.out)
-    for figure in figures(chapters):
-        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
-        value = "-" if figure.value is None else format(figure.value, figure.form)
-        print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
+    frame.print_figures(figures(chapters))
     print(f"page: {path}")
     if options.accept:
         gate.accept(gate_rows(chapters), options.accept, "hard_cases", BASELINE)
@@ -156,11 +132,8 @@ def main(words: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m reports.hard_cases", description=LEAD)
-    parser.add_argument("--budget", choices=BUDGETS, default="standard")
+    parser = frame.parser("hard_cases", LEAD)
     parser.add_argument("--chapter", action="append", choices=CHAPTERS, help="only this chapter (may be repeated)")
-    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
-    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
     parser.add_argument("--fresh", action="store_true", help="measure everything again, reuse nothing")
     parser.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="with --check: write the verdict as JUnit XML")

@@ -7,7 +7,6 @@ Every unit runs in a process of its own with one thread.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -16,13 +15,12 @@ from typing import Any
 
 from compare.provenance import provenance
 from compare.report import write
-from compare.scene import BUDGETS
 from compare.verdict import Figure, at_least, at_most
+from reports import frame
 from reports.integration import cases
-from reports.integration.page import page
+from reports.integration.page import LEAD, page
 from reports.unit import Measured, measure
 
-OUT = Path("reports/build")
 COUNTS = {
     "quick": ([2, 3, 4, 5], [5, 10, 20, 40]),
     "standard": ([1, 2, 3, 4, 5, 6, 7], [3, 5, 7, 10, 14, 20, 28, 40, 56]),
@@ -88,33 +86,20 @@ def _worst(made: Sequence[dict[str, Any]], names: Sequence[str], rule: str, coun
     return max(max(row["mass_error"], row["stiffness_error"]) for row in own)
 
 
-def publish(matrices: Sequence[Measured], volumes: Sequence[Measured], budget: str, folder: Path = OUT) -> Path:
+def publish(matrices: Sequence[Measured], volumes: Sequence[Measured], budget: str, folder: Path = frame.OUT) -> Path:
     """Write integration.html and integration.json into `folder`; returns the page's path."""
     judged, about = figures(matrices, volumes), provenance()
-    content = {
-        "figures": {figure.name: figure.entry() for figure in judged},
-        "notes": {figure.name: figure.words() for figure in judged},
-        "budget": budget,
-        "rows": rows(matrices),
-        "volumes": [{"case": m.arguments["case"], "status": m.status, **m.values} for m in volumes],
-        "provenance": about,
-    }
+    content = frame.content(judged, budget, rows(matrices), about)
+    content["volumes"] = [{"case": m.arguments["case"], "status": m.status, **m.values} for m in volumes]
     return write(folder, "integration", page(judged, content["rows"], content["volumes"], about), content)
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar or a unit failed."""
-    parser = argparse.ArgumentParser(prog="python -m reports.integration")
-    parser.add_argument("--budget", choices=BUDGETS, default="standard")
-    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
-    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
-    options = parser.parse_args(words)
+    options = frame.parser("integration", LEAD).parse_args(words)
     matrices, volumes = run(options.budget, options.jobs)
     path = publish(matrices, volumes, options.budget, options.out)
     judged = figures(matrices, volumes)
-    for figure in judged:
-        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
-        value = "-" if figure.value is None else format(figure.value, figure.form)
-        print(f"{figure.name:28} {value:>10} {state}")
+    frame.print_figures(judged)
     print(f"page: {path}")
     return int(any(figure.met is not True for figure in judged))

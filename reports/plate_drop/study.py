@@ -8,21 +8,14 @@ with the failure's name; nothing else is lost by it.
 
 from __future__ import annotations
 
-import argparse
-import sys
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-from compare.provenance import provenance
-from compare.report import Commands, Facts, Page, Section, Verdict, write
-from compare.scene import BUDGETS
-from reports.hard_cases.chapter import Asked, Outcome
+from reports import frame
+from reports.hard_cases.chapter import Asked
 from reports.plate_drop import page
-from reports.unit import measure
 
-OUT = Path("reports/build")
 PAPER = {"element": "conforming", "mesh": [1, 1], "points": [7, 3, 3]}
 STEP = {"quick": 5e-3, "standard": 2.5e-3, "full": 2.5e-3}
 TWO = [[0.2, 0.3], [0.7, 0.8]]
@@ -94,58 +87,22 @@ def _hard(budget: str) -> Iterator[Asked]:
     yield from (Asked(f"{HARD}.{name}") for name in ("stopping", "edge_on", "resting"))
 
 
-def run(budget: str, jobs: int) -> dict[str, list[Outcome]]:
+def run(budget: str, jobs: int) -> frame.Parts:
     """Outcomes by part of the page."""
-    asked, found = units(budget), {}
-    with ThreadPoolExecutor(jobs) as pool:
-        waiting = [(part, unit, pool.submit(measure, unit.name, **unit.arguments)) for part, unit in asked]
-        for done, (part, unit, future) in enumerate(waiting, 1):
-            outcome = Outcome(unit, future.result())
-            found.setdefault(part, []).append(outcome)
-            words = f"{100 * done / len(waiting):5.1f} %  {unit.name} {unit.arguments}: {outcome.measured.status}"
-            print(words, file=sys.stderr, flush=True)
-    return found
+    return frame.outcomes(units(budget), jobs)
 
 
-def publish(found: dict[str, list[Outcome]], budget: str, folder: Path = OUT) -> Path:
+def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
     """Write plate_drop.html and plate_drop.json into `folder`; returns the page's path."""
-    judged, about = page.figures(found), provenance()
-    content = {
-        "figures": {figure.name: figure.entry() for figure in judged},
-        "notes": {figure.name: figure.words() for figure in judged},
-        "budget": budget,
-        "rows": page.rows(found),
-        "provenance": about,
-    }
-    again = [("make plate-drop", "this page")]
-    again += [(outcome.measured.command, part) for part, outcomes in found.items() for outcome in outcomes]
-    facts = [(key, value) for key, value in about.items() if key != "versions"]
-    sections = [
-        Section("verdict", "Verdict", [Verdict(judged)]),
-        *page.sections(found),
-        Section("again", "Every number again", [Commands(again)], "Again"),
-        Section("provenance", "Provenance", [Facts(facts)]),
-    ]
-    return write(folder, "plate_drop", Page(page.TITLE, page.LEAD, sections, f"Groovecheck, {about['date']}"), content)
+    return frame.publish("plate_drop", page, found, budget, folder)
 
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
-    options = _parser().parse_args(words)
+    options = frame.parser("plate_drop", page.LEAD).parse_args(words)
     found = run(options.budget, options.jobs)
     path = publish(found, options.budget, options.out)
     judged = page.figures(found)
-    for figure in judged:
-        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
-        value = "-" if figure.value is None else format(figure.value, figure.form)
-        print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
+    frame.print_figures(judged)
     print(f"page: {path}")
-    return int(any(figure.judged and not figure.met for figure in judged))
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m reports.plate_drop", description=page.LEAD)
-    parser.add_argument("--budget", choices=BUDGETS, default="standard")
-    parser.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
-    parser.add_argument("--out", type=Path, default=OUT, metavar="DIR")
-    return parser
+    return frame.status(judged)

@@ -1,0 +1,106 @@
+"""What studies of many units have in common: units in processes, a page with its json, a line per figure.
+
+Every unit runs in a process of its own with one thread. A unit that fails is a row with the failure's name; nothing
+else is lost by it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from compare.provenance import provenance
+from compare.report import Commands, Facts, Page, Section, Verdict, write
+from compare.scene import BUDGETS
+from compare.verdict import Figure
+from reports.hard_cases.chapter import Asked, Outcome
+from reports.unit import Measured, measure
+
+OUT = Path("reports/build")
+Parts = dict[str, list[Outcome]]  # outcomes by the part of the page that they belong to
+Tell = Callable[[Outcome, float], None]
+
+
+def afresh(name: str, arguments: dict[str, Any]) -> Measured:
+    """Measure a unit."""
+    return measure(name, **arguments)
+
+
+def say(outcome: Outcome, done: float) -> None:
+    """A line on the error stream: the fraction that is done, a unit and its status."""
+    words = f"{100 * done:5.1f} %  {outcome.asked.name} {outcome.asked.arguments}: {outcome.measured.status}"
+    print(words, file=sys.stderr, flush=True)
+
+
+def outcomes(
+    asked: Sequence[tuple[str, Asked]],
+    jobs: int,
+    take: Callable[[str, dict[str, Any]], Measured] = afresh,
+    tell: Tell = say,
+) -> Parts:
+    """Run units, each under its part, `jobs` at a time. take: measures one, or knows it from before."""
+    found: Parts = {}
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting = [(part, unit, pool.submit(take, unit.name, unit.arguments)) for part, unit in asked]
+        for done, (part, unit, future) in enumerate(waiting, 1):
+            outcome = Outcome(unit, future.result())
+            found.setdefault(part, []).append(outcome)
+            tell(outcome, done / len(waiting))
+    return found
+
+
+def content(judged: Sequence[Figure], budget: str, rows: Sequence[dict[str, Any]], about: dict[str, Any]) -> dict:
+    """The json of a study."""
+    return {
+        "figures": {figure.name: figure.entry() for figure in judged},
+        "notes": {figure.name: figure.words() for figure in judged},
+        "budget": budget,
+        "rows": rows,
+        "provenance": about,
+    }
+
+
+def publish(name: str, page: ModuleType, found: Parts, budget: str, folder: Path) -> Path:
+    """Write <name>.html and <name>.json into `folder`; page: has TITLE, LEAD, figures, rows and sections.
+
+    Returns the page's path.
+    """
+    judged, about = page.figures(found), provenance()
+    again = [(f"make {name.replace('_', '-')}", "this page")]
+    again += [(outcome.measured.command, part) for part, own in found.items() for outcome in own]
+    facts = [(key, value) for key, value in about.items() if key != "versions"]
+    sections = [
+        Section("verdict", "Verdict", [Verdict(judged)]),
+        *page.sections(found),
+        Section("again", "Every number again", [Commands(again)], "Again"),
+        Section("provenance", "Provenance", [Facts(facts)]),
+    ]
+    whole = Page(page.TITLE, page.LEAD, sections, f"Groovecheck, {about['date']}")
+    return write(folder, name, whole, content(judged, budget, page.rows(found), about))
+
+
+def print_figures(judged: Sequence[Figure]) -> None:
+    """A line per figure: name, value, unit, whether it met its bar."""
+    for figure in judged:
+        state = {True: "met", False: "MISSED", None: "not judged"}[figure.met]
+        value = "-" if figure.value is None else format(figure.value, figure.form)
+        print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
+
+
+def status(judged: Sequence[Figure]) -> int:
+    """Exit status: 1 where a figure missed its bar, or has no value because a unit failed."""
+    return int(any(figure.judged and not figure.met for figure in judged))
+
+
+def parser(name: str, lead: str) -> argparse.ArgumentParser:
+    """The options that every study of units has."""
+    found = argparse.ArgumentParser(prog=f"python -m reports.{name}", description=lead)
+    found.add_argument("--budget", choices=BUDGETS, default="standard")
+    found.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
+    found.add_argument("--out", type=Path, default=OUT, metavar="DIR")
+    return found

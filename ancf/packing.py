@@ -47,9 +47,9 @@ def pairs(n: int) -> Pairs:
     return Pairs(first, second, of, weight, crossed, moving, int((moving < crossed).sum()))
 
 
-def element_order(form_of: np.ndarray) -> np.ndarray:
-    """Permutation (e,) that puts equal forms side by side within each span of SPAN elements."""
-    return np.lexsort((form_of, np.arange(len(form_of)) // SPAN))
+def element_order(form_of: np.ndarray, image_of: np.ndarray) -> np.ndarray:
+    """Permutation (e,) that puts equal forms side by side within each span of SPAN elements, and equal images of it."""
+    return np.lexsort((image_of, form_of, np.arange(len(form_of)) // SPAN))
 
 
 def packing(n: int) -> tuple[np.ndarray, np.ndarray, int]:

@@ -28,6 +28,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -147,12 +148,36 @@ def _products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.
     return products
 
 
+class Flipped(NamedTuple):
+    """A run of a portion's elements whose vectors times signs (i, 1) are those of their form; of the entries of
+    packed tangents: upper (6 x 136,), lower (3 x 120,)."""
+
+    e: slice
+    signs: np.ndarray
+    upper: np.ndarray
+    lower: np.ndarray
+
+
+def _flipped(signs: np.ndarray) -> list[Flipped]:
+    """Runs of elements with signs (e, i) of which some are negative, in order."""
+    pair, runs = pairs(signs.shape[1]), []
+    starts = np.flatnonzero(np.r_[True, (np.diff(signs, axis=0) != 0).any(axis=1)]).tolist()
+    for start, stop in pairwise([*starts, len(signs)]):
+        own = signs[start]
+        if own.min() < 0:
+            of_pairs = own[pair.first] * own[pair.second]
+            entries = np.tile(of_pairs, 6), np.tile(of_pairs[: pair.crossed], 3)
+            runs.append(Flipped(slice(start, stop), own[:, None], *entries))
+    return runs
+
+
 @dataclass(frozen=True, eq=False)
 class Portion:
     """Elements `e` that are computed together: D0 (e, 120), work arrays, and the products that fill them.
 
     stress: D to P. tangent: even and odd to their parts of the tangent. packed: tangents of the whole span;
-    upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
+    upper (e, 6, 136) and lower (e, 3, 120) are this portion's part. flipped: the runs of elements that are images
+    of their form with other signs.
     """
 
     e: slice
@@ -163,6 +188,7 @@ class Portion:
     packed: np.ndarray
     upper: np.ndarray
     lower: np.ndarray
+    flipped: list[Flipped]
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +196,9 @@ class QuadraticElements:
     """Elements evaluated through their quadratic forms, in portions that fit the cache.
 
     D0, stress, symmetric, antisymmetric: those of each distinct QuadraticForm, stacked (g, ...);
-    form_of (e,): the form of each element, in the order of `element_order`. positions: as in
-    `quadratic_form`. The work arrays are reused from call to call: an instance is not for two threads.
+    form_of (e,): the form of each element, in the order of `element_order`. signs (e, i): what its nodal vectors are
+    multiplied by to become those of its form (`ancf.image`). positions: as in `quadratic_form`. The work arrays are
+    reused from call to call: an instance is not for two threads.
     """
 
     D0: np.ndarray
@@ -179,8 +206,13 @@ class QuadraticElements:
     symmetric: np.ndarray
     antisymmetric: np.ndarray
     form_of: np.ndarray
-    functions: int
+    signs: np.ndarray
     positions: tuple[int, ...]
+
+    @property
+    def functions(self) -> int:
+        """Number of functions of an element."""
+        return self.signs.shape[1]
 
     def energy(self, Q: np.ndarray) -> float:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
@@ -205,7 +237,9 @@ class QuadraticElements:
             self._stress(Q, portion, more)
             work = portion.work
             P = work["P"].take(of, axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
-            np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
+            own = np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
+            for run in portion.flipped:
+                own[run.e] *= run.signs
         return force
 
     def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
@@ -220,16 +254,23 @@ class QuadraticElements:
         """Fill Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
         n, pair, work = self.functions, pairs(self.functions), portion.work
         own, D, gram = work["Q"], work["D"], work["gram"]
-        np.copyto(own, Q[portion.e])
-        own[:, self.positions] -= own[:, self.positions[:1]]
+        self._own(Q, portion, own)
         np.matmul(own, own.swapaxes(1, 2), out=gram)
         for c, X in more:
-            other = from_first_node(X[portion.e], self.positions)
+            other = self._own(X, portion, np.empty_like(own))
             gram += c * (other @ other.swapaxes(1, 2))
         gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
         D -= portion.D0
         for product in portion.stress:
             product.compute()
+
+    def _own(self, Q: np.ndarray, portion: Portion, out: np.ndarray) -> np.ndarray:
+        """Fill out with a portion's nodal vectors as their forms know them, from the first node."""
+        np.copyto(out, Q[portion.e])
+        out[:, self.positions] -= out[:, self.positions[:1]]
+        for run in portion.flipped:
+            out[run.e] *= run.signs
+        return out
 
     def _tangent(self, portion: Portion) -> None:
         """Fill the packed tangents of one portion from its Q and P; D is overwritten."""
@@ -252,6 +293,10 @@ class QuadraticElements:
         upper[:, :3] += work["P"][:, None]
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
+        for run in portion.flipped:
+            for part, signs in ((upper, run.upper), (lower, run.lower)):
+                own = part[run.e].reshape(-1, len(signs))  # a view: long rows are faster
+                own *= signs
 
     @cached_property
     def _portions(self) -> list[Portion]:
@@ -273,7 +318,8 @@ class QuadraticElements:
             stress = _products(runs, arrays["D"], self.stress, arrays["P"])
             tangent = _products(runs, arrays["even"], self.symmetric, upper)
             tangent += _products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
-            portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, span, upper, lower))
+            flipped = _flipped(self.signs[e])
+            portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, span, upper, lower, flipped))
         return portions
 
 

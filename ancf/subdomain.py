@@ -22,7 +22,19 @@ import numpy as np
 
 from ancf.band import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Cell, along_curve, evenness, section_depth
 from ancf.cut import Cut, Region, cut, rectangle
-from ancf.feature import ROUND_OFF, Feature, depth_at, dividing_lines, faces, key, relevant, scale, thickness_range
+from ancf.feature import (
+    ROUND_OFF,
+    Feature,
+    depth_at,
+    dividing_lines,
+    faces,
+    has_images,
+    key,
+    relevant,
+    scale,
+    thickness_range,
+)
+from ancf.image import Image
 from ancf.nurbs import curve_derivatives
 from ancf.outlined import Outlined
 from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
@@ -80,13 +92,19 @@ def _places(band: Outlined, axis: int, at: float) -> list[float]:
     return [float(x) for arc in band.arcs if arc.low <= at <= arc.high for x in arc.meets(0.0, 1.0, at)]
 
 
-def signature(cell: Cell, bands: Sequence[Feature]) -> tuple:
+def signature(cell: Cell, bands: Sequence[Feature], image: Image | None = None) -> tuple | None:
     """Hashable key: cells with equal keys have the same rule up to a shift of their origins (x0, y0).
 
-    It holds the cell's size and what the cell sees of each band, relative to its own origin and size.
+    It holds the cell's size and what the cell sees of each band, relative to its own origin and size. image: the key
+    of that image of the cell, whose rule is then that of cells with this key; None where the bands have no images.
     """
-    sizes = tuple(float(f"{high - low:.11e}") for low, high in cell)
-    return sizes, *(key(cell, band) for band in relevant(cell, bands))
+    sizes, seen = tuple(float(f"{high - low:.11e}") for low, high in cell), relevant(cell, bands)
+    if image is not None:
+        if not all(map(has_images, seen)):
+            return None
+        sizes = sizes[::-1] if image.swaps else sizes
+    keys = [key(cell, band, image) for band in seen]
+    return sizes, *(sorted(keys, key=repr) if len(keys) > 1 else keys)
 
 
 def element_rule(

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
-from ancf.element import Integrand, PointElements, Terms, integrand, mass
+from ancf.element import Integrand, PointElements, Terms, integrand, mass, signed
 from ancf.free_edge import strips
 from ancf.layer import wall_strips
 from ancf.loads import EdgeMoment, Load
@@ -19,8 +19,9 @@ from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
 from ancf.pressure import FollowerPressure
-from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
-from ancf.subdomain import Feature, element_rule, signature
+from ancf.quadratic_form import QuadraticElements, quadratic_form
+from ancf.sharing import Sharing, possible, sharing, sides
+from ancf.subdomain import Feature, element_rule
 
 if TYPE_CHECKING:
     from ancf.contact import Contact
@@ -212,23 +213,23 @@ def body(
     linear = isinstance(material, SaintVenantKirchhoff)
     free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
-    form_of, first = distinct(mesh, bands, free)
-    divided = [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
+    divided = dividing(mesh, bands, thickness, free)
+    shared = sharing(mesh, divided, free, possible(mesh, points) if linear else ())
 
     def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
-        return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]
+        return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in shared.first]
 
     parts = integrands(points)
     functions = np.array([part.S.shape[1] for part in parts])
     pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
-    groups = [_group(mesh, parts, form_of, functions == count) for count in np.unique(functions)]
+    groups = [_group(mesh, parts, shared, functions == count) for count in np.unique(functions)]
     if linear:
         elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
     else:
         fewer = integrands(tuple(count - 1 for count in points)) if volumetric == REDUCED else None
         elements = (_hyperelastic(groups[0], mesh, material, volumetric, fewer),)
     scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
-    volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
+    volume = float(np.array([part.volume.sum() for part in parts])[shared.form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
     rounded, sides = EPSILON * (material.lame + 2 * material.shear), mesh.edge_lengths
     size = (volume / thickness) ** (1 / 2)
@@ -239,12 +240,19 @@ def body(
     return Body(mesh, *parts_of_body, scalar, row, volume, len(parts), round_off, round_off_r_z)
 
 
+def dividing(mesh: Mesh, bands: Sequence[Feature], thickness: float, free: Sequence[str]) -> list[Feature]:
+    """All that divides elements: the bands, and where layers on the free edges and beside walls end."""
+    return [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
+
+
 class _Group(NamedTuple):
-    """Elements of equally many functions in their order: Integrand of each form, form (e,), connectivity (e, i)."""
+    """Elements of equally many functions in their order: Integrand of each form, and by element form (e,),
+    connectivity (e, i) in the order of its form, and signs (e, i): see `ancf.image`."""
 
     parts: list[Integrand]
     form_of: np.ndarray
     connectivity: np.ndarray
+    signs: np.ndarray
 
 
 def _part(
@@ -253,23 +261,27 @@ def _part(
     """Integrand of an element."""
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
     rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e))
-    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free), enhanced)
+    return integrand(shape, rule, cell, mesh.vectors[vectors], sides(mesh, e, free), enhanced)
 
 
-def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.ndarray) -> _Group:
-    """The elements whose form (e,) is one of `own` (g,)."""
-    members = np.flatnonzero(own[form_of])
-    members = members[element_order(form_of[members])]
-    connectivity = np.stack([mesh.element(e).vectors for e in members])
-    return _Group([parts[g] for g in np.flatnonzero(own)], (np.cumsum(own) - 1)[form_of[members]], connectivity)
+def _group(mesh: Mesh, parts: Sequence[Integrand], shared: Sharing, own: np.ndarray) -> _Group:
+    """The elements whose form is one of `own` (g,)."""
+    members = np.flatnonzero(own[shared.form_of])
+    members = members[element_order(shared.form_of[members], shared.image_of[members])]
+    connectivity = np.stack([shared.vectors(mesh, e) for e in members])
+    signs = np.stack([shared.signs(e, connectivity.shape[1]) for e in members])
+    form_of = (np.cumsum(own) - 1)[shared.form_of[members]]
+    return _Group([parts[g] for g in np.flatnonzero(own)], form_of, connectivity, signs)
 
 
 def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
-    parts, form_of, connectivity = group
     if pointwise:
-        return PointElements(tuple(parts[g] for g in form_of), material)
-    first = connectivity[np.unique(form_of, return_index=True)[1]]
-    return _pre_integrated(parts, material, mesh.vectors[first], form_of, mesh)
+        kinds = [(int(g), signs.tobytes()) for g, signs in zip(group.form_of, group.signs, strict=True)]
+        parts = {kind: signed(group.parts[kind[0]], signs) for kind, signs in zip(kinds, group.signs, strict=True)}
+        return PointElements(tuple(parts[kind] for kind in kinds), material)
+    first = np.unique(group.form_of, return_index=True)[1]
+    reference = group.signs[first, :, None] * mesh.vectors[group.connectivity[first]]
+    return _pre_integrated(group, material, reference, mesh)
 
 
 def _hyperelastic(
@@ -290,11 +302,6 @@ def _hyperelastic(
     return SplitElements(elements(isochoric, group.parts), elements(only_volume, fewer))
 
 
-def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
-    """The free edges that an element lies on."""
-    return tuple(edge for edge in mesh.edges_of(element) if edge in free)
-
-
 def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str]) -> None:
     """Raises ValueError where so few points leave modes without energy, or layers that they cannot tell apart.
 
@@ -307,38 +314,20 @@ def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
 
 
-def distinct(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """Number of each element's shape (e,), and the first element of each shape (g,).
-
-    Two shapes are equal when what they see of the grooves agrees, the free edges that they have a layer on,
-    and the Gram matrices of their reference vectors: they then differ by a rigid motion, which an isotropic
-    material does not see.
-    """
-    vectors = mesh.element_vectors
-    Q = from_first_node(vectors, mesh.shape.positions)
-    gram = Q @ Q.swapaxes(1, 2)
-    rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
-    keys = [
-        (signature(cell, bands), _sides(mesh, e, free), row.tobytes(), mesh.element(e).shape)
-        for e, (cell, row) in enumerate(zip(mesh.cells, rounded, strict=True))
-    ]
-    number: dict = {}
-    form_of = np.array([number.setdefault(key, len(number)) for key in keys])
-    return form_of, np.unique(form_of, return_index=True)[1]
-
-
-def _pre_integrated(parts, material, vectors, form_of, mesh: Mesh) -> QuadraticElements:
-    forms = [quadratic_form(part, material, Q, mesh.shape.positions) for part, Q in zip(parts, vectors, strict=True)]
+def _pre_integrated(group: _Group, material: SaintVenantKirchhoff, vectors: np.ndarray, mesh: Mesh):
+    """The quadratic forms of a group; vectors (g, i, 3): reference nodal vectors of each."""
+    positions = mesh.shape.positions
+    forms = [quadratic_form(part, material, Q, positions) for part, Q in zip(group.parts, vectors, strict=True)]
     tensors = (
         np.stack([getattr(form, name) for form in forms]) for name in ("D0", "stress", "symmetric", "antisymmetric")
     )
-    return QuadraticElements(*tensors, form_of, len(vectors[0]), mesh.shape.positions)
+    return QuadraticElements(*tensors, group.form_of, group.signs, positions)
 
 
 def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
-    parts, form_of, connectivity = group
-    values = np.stack([mass(part, density) for part in parts])[form_of]
+    parts, form_of, connectivity, signs = group
+    values = np.stack([mass(part, density) for part in parts])[form_of] * signs[:, :, None] * signs[:, None, :]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
 

@@ -1,0 +1,83 @@
+"""Which elements of a mesh share one form: those that differ by a rigid motion, and their images (see `ancf.image`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancf.image import Image, images
+from ancf.mesh import Mesh
+from ancf.quadratic_form import from_first_node
+from ancf.subdomain import Feature, signature
+
+DIGITS = 11  # of the largest entry, in which two Gram matrices agree
+
+
+@dataclass(frozen=True, eq=False)
+class Sharing:
+    """Form (e,) of each element, the first element (g,) of each form, and the image of the element that this form is.
+
+    image_of (e,): number in `images`, 0 for an element that has the form as it is.
+    """
+
+    form_of: np.ndarray
+    first: np.ndarray
+    image_of: np.ndarray
+    images: tuple[Image, ...]
+
+    def vectors(self, mesh: Mesh, e: int) -> np.ndarray:
+        """Nodal vectors (i,) of an element in the order of its form."""
+        own, image = mesh.element(e).vectors, self.image_of[e]
+        return own[self.images[image].order] if image else own
+
+    def signs(self, e: int, count: int) -> np.ndarray:
+        """What the element's `count` vectors are multiplied by to become those of its form (i,)."""
+        image = self.image_of[e]
+        return self.images[image].signs if image else np.ones(count)
+
+
+def sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
+    """The free edges of the plate that an element lies on."""
+    return tuple(edge for edge in mesh.edges_of(element) if edge in free)
+
+
+def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own: tuple[Image, ...] = ()) -> Sharing:
+    """Find equal shapes, each element as it is or as one of the images `own`, the first of which changes nothing.
+
+    bands: all that divides elements. free: the free edges of the plate, for elements that have a layer there. Two
+    shapes are equal when what they see of the bands agrees, the free edges that they have a layer on, and the Gram
+    matrices of their reference vectors: an isotropic material does not see how they then differ. Elements with
+    functions of their own, and those with bands that `signature` knows no image of, have none.
+    """
+    vectors, positions = mesh.element_vectors, mesh.shape.positions
+    Q = from_first_node(vectors, positions)
+    grams = Q @ Q.swapaxes(1, 2)
+    unit = np.abs(grams).max()
+    number: dict[tuple, int] = {}
+    form_of, image_of = np.empty(len(vectors), dtype=int), np.zeros(len(vectors), dtype=int)
+
+    def shape_key(e: int, image: Image | None, gram: np.ndarray) -> tuple | None:
+        seen, edges = signature(mesh.cells[e], bands, image), sides(mesh, e, free)
+        if image is not None:
+            edges = tuple(map(image.edge, edges))
+        rounded = np.round(gram / unit, DIGITS) + 0.0
+        return None if seen is None else (seen, tuple(sorted(edges)), rounded.tobytes(), mesh.element(e).shape)
+
+    for e, gram in enumerate(grams):
+        key = shape_key(e, None, gram)
+        found = number.get(key)
+        for k, image in enumerate(own[1:], 1) if found is None and e not in mesh.special else ():
+            imaged = from_first_node(vectors[e][None, image.order] * image.signs[:, None], positions)[0]
+            found = number.get(shape_key(e, image, imaged @ imaged.T))
+            if found is not None:
+                image_of[e] = k
+                break
+        form_of[e] = number.setdefault(key, len(number)) if found is None else found
+    return Sharing(form_of, np.unique(form_of, return_index=True)[1], image_of, own)
+
+
+def possible(mesh: Mesh, points: tuple[int, int, int]) -> tuple[Image, ...]:
+    """The images that elements integrated at so many points may have."""
+    return images(mesh.shape, square=points[0] == points[1])

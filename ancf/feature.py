@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -120,7 +121,7 @@ def key(cell: Cell, band: Feature, image: Image | None = None) -> tuple:
 
 
 def has_images(band: Feature) -> bool:
-    """Whether `key` knows what the image of a cell sees of the band."""
+    """Whether `key` knows what an image of a cell sees of the band."""
     return isinstance(band, Band) and not band.is_curved
 
 
@@ -136,7 +137,7 @@ def _seen(cell: Cell, band: Band, axis: int) -> Interval:
 def scale(cell: Cell, bands: Sequence[Feature]) -> float:
     """Largest finite coordinate: what round-off is measured against."""
     values = [*cell[0], *cell[1], *(v for band in bands for axis in (0, 1) for v in band.limits(axis))]
-    return max(abs(value) for value in values if np.isfinite(value))
+    return max(abs(value) for value in values if math.isfinite(value))
 
 
 def _within(values: np.ndarray, limits: Interval) -> np.ndarray:

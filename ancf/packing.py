@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-PORTION = 64
+PORTION = 128
 SPAN = 1024
 DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ancf.feature import Feature, has_images, relevant
 from ancf.image import Image, images
 from ancf.mesh import Mesh
 from ancf.quadratic_form import from_first_node
-from ancf.subdomain import Feature, signature
+from ancf.subdomain import imaged
 
 DIGITS = 11  # of the largest entry, in which two Gram matrices agree
 
@@ -49,7 +50,7 @@ def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own:
     bands: all that divides elements. free: the free edges of the plate, for elements that have a layer there. Two
     shapes are equal when what they see of the bands agrees, the free edges that they have a layer on, and the Gram
     matrices of their reference vectors: an isotropic material does not see how they then differ. Elements with
-    functions of their own, and those with bands that `signature` knows no image of, have none.
+    functions of their own, and those that see bands without images, have none.
     """
     vectors, positions = mesh.element_vectors, mesh.shape.positions
     Q = from_first_node(vectors, positions)
@@ -58,24 +59,36 @@ def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own:
     number: dict[tuple, int] = {}
     form_of, image_of = np.empty(len(vectors), dtype=int), np.zeros(len(vectors), dtype=int)
 
-    def shape_key(e: int, image: Image | None, gram: np.ndarray) -> tuple | None:
-        seen, edges = signature(mesh.cells[e], bands, image), sides(mesh, e, free)
+    def shape_key(e: int, seen: Sequence[Feature], image: Image | None) -> tuple:
+        gram, edges = grams[e], sides(mesh, e, free)
         if image is not None:
-            edges = tuple(map(image.edge, edges))
+            turned = from_first_node(vectors[e][None, image.order] * image.signs[:, None], positions)[0]
+            gram, edges = turned @ turned.T, tuple(sorted(map(image.edge, edges)))
         rounded = np.round(gram / unit, DIGITS) + 0.0
-        return None if seen is None else (seen, tuple(sorted(edges)), rounded.tobytes(), mesh.element(e).shape)
+        return imaged(mesh.cells[e], seen, image), edges, rounded.tobytes(), mesh.element(e).shape
 
-    for e, gram in enumerate(grams):
-        key = shape_key(e, None, gram)
+    sizes, met = _sizes(vectors, positions), set()
+    for e, cell in enumerate(mesh.cells):
+        seen = relevant(cell, bands)
+        key = shape_key(e, seen, None)
         found = number.get(key)
-        for k, image in enumerate(own[1:], 1) if found is None and e not in mesh.special else ():
-            imaged = from_first_node(vectors[e][None, image.order] * image.signs[:, None], positions)[0]
-            found = number.get(shape_key(e, image, imaged @ imaged.T))
+        has_own = found is None and sizes[e] in met and e not in mesh.special and all(map(has_images, seen))
+        for k, image in enumerate(own[1:], 1) if has_own else ():
+            found = number.get(shape_key(e, seen, image))
             if found is not None:
                 image_of[e] = k
                 break
+        met.add(sizes[e])
         form_of[e] = number.setdefault(key, len(number)) if found is None else found
     return Sharing(form_of, np.unique(form_of, return_index=True)[1], image_of, own)
+
+
+def _sizes(vectors: np.ndarray, positions: tuple[int, ...]) -> list[float]:
+    """A number for each element (e,) that its images share, and elements of other shapes hardly."""
+    Q = vectors.copy()
+    Q[:, positions] -= Q[:, positions].mean(axis=1, keepdims=True)
+    size = np.linalg.norm(Q.swapaxes(1, 2) @ Q, axis=(1, 2))
+    return np.round(size / size.max(), DIGITS - 2).tolist()
 
 
 def possible(mesh: Mesh, points: tuple[int, int, int]) -> tuple[Image, ...]:

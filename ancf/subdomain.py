@@ -28,7 +28,6 @@ from ancf.feature import (
     depth_at,
     dividing_lines,
     faces,
-    has_images,
     key,
     relevant,
     scale,
@@ -92,19 +91,20 @@ def _places(band: Outlined, axis: int, at: float) -> list[float]:
     return [float(x) for arc in band.arcs if arc.low <= at <= arc.high for x in arc.meets(0.0, 1.0, at)]
 
 
-def signature(cell: Cell, bands: Sequence[Feature], image: Image | None = None) -> tuple | None:
+def signature(cell: Cell, bands: Sequence[Feature]) -> tuple:
     """Hashable key: cells with equal keys have the same rule up to a shift of their origins (x0, y0).
 
-    It holds the cell's size and what the cell sees of each band, relative to its own origin and size. image: the key
-    of that image of the cell, whose rule is then that of cells with this key; None where the bands have no images.
+    It holds the cell's size and what the cell sees of each band, relative to its own origin and size.
     """
-    sizes, seen = tuple(float(f"{high - low:.11e}") for low, high in cell), relevant(cell, bands)
-    if image is not None:
-        if not all(map(has_images, seen)):
-            return None
-        sizes = sizes[::-1] if image.swaps else sizes
+    return imaged(cell, relevant(cell, bands), None)
+
+
+def imaged(cell: Cell, seen: Sequence[Feature], image: Image | None) -> tuple:
+    """The signature that an image of the cell has; seen: the bands that the cell sees, which must have images."""
+    sizes = tuple(float(f"{high - low:.11e}") for low, high in cell)
     keys = [key(cell, band, image) for band in seen]
-    return sizes, *(sorted(keys, key=repr) if len(keys) > 1 else keys)
+    turned = sizes[::-1] if image is not None and image.swaps else sizes
+    return turned, *(sorted(keys, key=repr) if len(keys) > 1 else keys)
 
 
 def element_rule(

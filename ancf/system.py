@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
+DENSE = 150  # nodal vectors: then all of the mass matrix is multiplied in the time a sparse product takes to begin
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
@@ -133,7 +135,10 @@ class System:
 
     def following_total(self, q: np.ndarray, t: float) -> np.ndarray:
         """Loads that follow the motion (3 v,) at time t: moments that turn with their edges, follower pressures."""
-        return sum((load.force(q, t) for load in (*self.moments, *self.pressures)), np.zeros_like(q))
+        total = np.zeros_like(q)
+        for load in (*self.moments, *self.pressures):
+            total += load.force(q, t)
+        return total
 
     def force_following(self, q: np.ndarray, t: float) -> np.ndarray:
         """The same on the unknowns (u,)."""
@@ -161,7 +166,13 @@ class System:
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
         """M a (u,) of accelerations (3 v,)."""
-        return (self.body.mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
+        return (self._mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
+
+    @cached_property
+    def _mass(self) -> sp.csr_matrix | np.ndarray:
+        """Scalar mass matrix in the form that multiplies fastest."""
+        mass = self.body.mass
+        return mass.toarray() if mass.shape[0] <= DENSE else mass
 
     def force_floor(self, q: np.ndarray) -> float:
         """Round-off (N) of the internal force: nodal vectors are stored to a part EPSILON of their size.
@@ -187,7 +198,8 @@ class System:
 
     def norm(self, residual: np.ndarray) -> float:
         """Size of a residual (u,) in N."""
-        return float(np.linalg.norm(residual / self.lengths))
+        forces = residual / self.lengths
+        return math.sqrt(forces @ forces)
 
 
 def body(

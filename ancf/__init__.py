@@ -1,6 +1,6 @@
 """ANCF plates with grooves by subdomain integration (He, Patel, Shabana).
 
-NumPy and SciPy, numba for rubber alone; run.py and words.py read the scene.
+NumPy and SciPy, numba for rubber alone; run.py, unpack.py and words.py read the scene.
 
 Index letters of array shapes, used in every docstring and einsum of this package:
 

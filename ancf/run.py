@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import resource
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from itertools import chain, pairwise
@@ -35,60 +35,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from ancf.functional import (
-    mean_over_edge,
-    mean_over_region,
-    mean_through_thickness,
-    pressure_on_face,
-    slope_through_edge,
-    value_at,
-)
 from ancf.integrate import SCHEMES, advance, initial_state
-from ancf.layer import KIND, layer_vectors, only, with_layers
+from ancf.layer import KIND
 from ancf.linear_solver import LinearSolver, SingularMatrix
-from ancf.loads import EdgeMoment, Load, brought_up, gravity, pressure, spread
-from ancf.material import MooneyRivlin, SaintVenantKirchhoff, from_engineering
-from ancf.mesh import Mesh, grid
+from ancf.loads import brought_up
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
-from ancf.nurbs import Curve, GeometryError, Revolved, Surface, surface_derivatives
+from ancf.nurbs import GeometryError
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
-from ancf.pressure import FollowerPressure, follower_pressure
-from ancf.refine import band_edges, chosen, fitted
-from ancf.shape import FAMILY
-from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outlined, element_rule
-from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
-from ancf.system import RELAXED, Body, System, body, distinct, expected_memory, system
-from ancf.volume_ratio import VolumeRatio, volume_ratio
+from ancf.supports import free_edges
+from ancf.system import System, distinct, expected_memory
+from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
-from compare.scene import Feature as SceneFeature
 
 if TYPE_CHECKING:
     from ancf import contact
 
 SOLVER = "ancf"
-SAME = 0.01  # of the thickness: edges this near to each other share a grid line
-LENGTH_POINTS = 65
 GEOMETRY_FAILED = "geometry_failed"
 LOST_ENERGY = "energy_not_kept"
 LOST = 0.05  # of the energy that moves the plate or has gone into the contact
 BLAS = ThreadpoolController()  # of NumPy and SciPy, which are loaded by now
 Progress = Callable[[float], None] | None
-
-
-@dataclass(frozen=True, eq=False)
-class Model:
-    """A scene unpacked: geometry, body, system, probes as rows (p, v), and the points whose det F is asked for."""
-
-    mesh: Mesh
-    bands: tuple[Feature, ...]
-    body: Body
-    system: System
-    probes: np.ndarray
-    ratios: tuple[VolumeRatio, ...]
 
 
 @dataclass
@@ -190,7 +161,7 @@ def _contact(model: Model, history: History) -> Contact:
 
 def _vibrating(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of modes, and facts."""
-    mesh, shear = model.mesh, _material(scene).shear
+    mesh, shear = model.mesh, material_of(scene).shear
     size = np.linalg.norm(np.ptp(mesh.vectors[mesh.kinds == "r"], axis=0))
     slow = 2 * shear / scene.material.density * scene.thickness**2 / size**4  # 1/s2, of a plate of this size
     modes = lowest(model.system, scene.analysis.count, slow)
@@ -268,196 +239,6 @@ def _message(history: History) -> str:
     return f"{history.status} {reached}, after {history.steps} steps{why}"
 
 
-def build(scene: Scene, level: AncfLevel) -> Model:
-    """Mesh, integrate and assemble the scene. Raises GeometryError."""
-    bands, mesh = _bands(scene), _mesh(scene, level)
-    if level.enrich is None or not bands:
-        return _model(scene, level, mesh, bands)
-    every = with_layers(mesh, layer_vectors(mesh, bands, scene.thickness), bands, scene.thickness)
-    inertia = scene.analysis.until**-2 if scene.analysis.kind == "dynamic" else 0.0
-    trial = _model(scene, level, every, bands, pointwise=True)  # used once, which the tensors would not repay
-    worth = chosen(trial.system, level.enrich, inertia)
-    return _model(scene, level, only(every, worth), bands)
-
-
-def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], pointwise: bool = False) -> Model:
-    material = _material(scene)
-    density = scene.material.density or 0.0
-    held = _held(scene, mesh)
-    free = free_edges(mesh, held)
-    volume = level.volumetric or RELAXED
-    integration = level.points, level.integration, pointwise, free, volume
-    plate = body(mesh, bands, scene.thickness, material, density, *integration)
-    loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
-    kinds = Load, EdgeMoment, FollowerPressure
-    dead, *following = ([load for load in loads if isinstance(load, kind)] for kind in kinds)
-    probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
-    acting = system(plate, held, dead, scene.thickness, *following)
-    if scene.obstacles:
-        acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
-    return Model(mesh, bands, plate, acting, np.array(probes), tuple(_ratios(scene, level, mesh, bands, plate)))
-
-
-def _material(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
-    stated = scene.material
-    if stated.kind == "svk":
-        return from_engineering(stated.youngs_modulus, stated.poissons_ratio)
-    return MooneyRivlin(stated.mu10, stated.mu01, stated.bulk_modulus)
-
-
-def _mesh(scene: Scene, level: AncfLevel) -> Mesh:
-    surface = _surface(scene)
-    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
-
-
-def _surface(scene: Scene) -> Surface | Revolved | None:
-    """The mid-surface, None where it is flat."""
-    stated = scene.surface
-    if stated.kind == "nurbs":
-        return Surface(stated.degree, stated.knots, stated.control_points, stated.weights)
-    if stated.kind == "revolved":
-        section = stated.section
-        curve = Curve(section.degree, section.knots, section.control_points, section.weights)
-        return Revolved(curve, "XYZ".index(stated.axis))
-    return None
-
-
-def _lines(scene: Scene, level: AncfLevel, surface: Surface | Revolved | None) -> Iterator[np.ndarray]:
-    """Grid lines of each axis."""
-    for axis, (span, count) in enumerate(zip(scene.surface.span, level.mesh, strict=True)):
-        if level.fit is None:
-            yield np.linspace(*span, count + 1)
-        else:
-            metre = 1.0 if surface is None else np.ptp(span) / _length(scene, surface, axis)
-            unit = scene.thickness * metre
-            beside = [distance * unit for distance in level.fit]
-            yield fitted(span, count, band_edges(_bands(scene), axis), beside, SAME * unit)
-
-
-def _length(scene: Scene, surface: Surface | Revolved, axis: int) -> float:
-    """Length (m) of the surface's middle line along an axis."""
-    spans = scene.surface.span
-    at = [np.full(LENGTH_POINTS, np.mean(span)) for span in spans]
-    at[axis] = np.linspace(*spans[axis], LENGTH_POINTS)
-    return float(np.linalg.norm(np.diff(surface_derivatives(surface, *at).s, axis=0), axis=1).sum())
-
-
-def _held(scene: Scene, mesh: Mesh) -> np.ndarray:
-    """Held components (3 v,)."""
-    held = np.zeros(3 * len(mesh.vectors), dtype=bool)
-    for support in scene.supports:
-        held |= _support(support, mesh)
-    return held
-
-
-def _support(support, mesh: Mesh) -> np.ndarray:
-    """Held components (3 v,) of one support."""
-    if support.kind == "clamp":
-        return clamp(mesh, support.edge, support.gradients)
-    if support.kind == "symmetry":
-        return symmetry(mesh, support.edge, "XYZ".index(support.normal))
-    components, face = ["XYZ".index(component) for component in support.components], support.over == "face"
-    if support.whole:
-        return hold_whole(mesh, components)
-    if support.over not in ("face", "middle"):
-        raise ValueError(f"a plate cannot hold the {support.over} of an edge apart from its face")
-    if support.edge is not None:
-        return hold_edge(mesh, support.edge, components, face)
-    return hold_corner(mesh, (int(support.corner[1]), int(support.corner[3])), components, face)
-
-
-def _bands(scene: Scene) -> tuple[Feature, ...]:
-    grooves = [_band(band, GROOVE) for band in scene.grooves]
-    return (*grooves, *(_band(band, PROTRUSION) for band in scene.protrusions))
-
-
-def _band(band: SceneFeature, sign: int) -> Feature:
-    face = _side(band.face)
-    if hasattr(band, "outline"):
-        loop, surface = band.outline, band.depth_surface
-        outline = Curve(loop.degree, loop.knots, loop.control_points, loop.weights)
-        depth = band.depth
-        if surface is not None:
-            depth = Surface(surface.degree, surface.knots, np.array(surface.depths)[..., None])
-        return Outlined(face, sign, outline, depth)
-    profile = band.profile
-    section = band.depth
-    if profile is not None:
-        section = Curve(profile.degree, profile.knots, profile.control_points, profile.weights)
-    along = {} if band.extent is None else {"extent": band.extent}
-    return Band(face, sign, "xy".index(band.along), band.edges, section, **along)
-
-
-def _side(face: str) -> int:
-    """BOTTOM or TOP."""
-    return BOTTOM if face == "bottom" else TOP
-
-
-def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment | FollowerPressure:
-    if load.kind == "gravity":
-        return gravity(plate.mass_row, load.acceleration, load.history)
-    if load.kind == "pressure":
-        face = _side(load.face)
-        if load.follower:
-            return follower_pressure(mesh, thickness, face, load.pressure, load.history)
-        row = pressure_on_face(mesh, thickness, face)
-        return pressure(row, load.pressure, load.history)
-    if load.kind == "moment":
-        row = slope_through_edge(mesh, bands, thickness, load.edge)
-        return EdgeMoment(row, np.array(load.moment), tuple(load.history))
-    if load.kind == "point":
-        row = mean_through_thickness(mesh, bands, thickness, *load.at)
-    elif load.kind == "edge":
-        row = mean_over_edge(mesh, bands, thickness, load.edge)
-    else:
-        row = mean_over_region(mesh, bands, thickness, load.region)
-    return spread(row, load.force, load.history)
-
-
-def _obstacles(scene: Scene, level: AncfLevel, mesh: Mesh, bands, acting: System) -> contact.Contact:
-    """What each obstacle may touch; the code of contact is loaded only here."""
-    from ancf import obstacle as rigid
-    from ancf.contact import Contact, Pair
-    from ancf.contact_law import Law
-    from ancf.face import face
-
-    def body(shape):
-        if shape.kind == "plane":
-            return rigid.plane(shape.point, shape.normal)
-        if shape.kind == "sphere":
-            return rigid.sphere(shape.centre, shape.radius)
-        return rigid.drum(shape.point, shape.axis, shape.radius)
-
-    faces = {
-        side: face(mesh, bands, scene.thickness, level.points[:2], _side(side), acting.assembly, level.integration)
-        for side in {stated.face for stated in scene.obstacles}
-    }
-    pairs = []
-    for stated in scene.obstacles:
-        own = faces[stated.face]
-        k, c = stated.stick_stiffness, stated.stick_damping
-        sticks = (stated.stiffness if k is None else k, stated.damping if c is None else c)
-        law = Law(stated.stiffness, stated.damping, stated.friction, *sticks)
-        share = own.share if stated.law == "pressure" else np.ones(len(own.share))
-        pairs.append(Pair(own, body(stated.shape), law, share))
-    return Contact(tuple(pairs))
-
-
-def _probe(probe, mesh: Mesh, bands, thickness: float) -> np.ndarray:
-    if hasattr(probe, "region"):
-        return mean_over_region(mesh, bands, thickness, probe.region)
-    return value_at(mesh, *probe.at)
-
-
-def _ratios(scene: Scene, level: AncfLevel, mesh: Mesh, bands, plate: Body) -> Iterator[VolumeRatio]:
-    """The points whose det F the scene asks for."""
-    for probe in scene.probes:
-        if getattr(probe, "volume_ratio", False):
-            e = mesh.locate(*probe.at[:2])
-            rule = element_rule(mesh.cells[e], bands, scene.thickness, level.points, level.integration, mesh.levels(e))
-            yield volume_ratio(mesh, plate.elements, probe.at, rule)
-
-
 def _output_times(scene: Scene) -> np.ndarray:
     """0, every, 2 every, ... until, which is a multiple of every."""
     return np.linspace(0.0, scene.analysis.until, round(scene.analysis.until / scene.analysis.every) + 1)
@@ -524,7 +305,7 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
     acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
     history = History()
     try:
-        state = initial_state(acting, solver, q, _initial_velocity(scene, model))
+        state = initial_state(acting, solver, q, initial_velocity(scene, model))
     except SingularMatrix:
         history.status = SINGULAR
         return history, q
@@ -587,25 +368,14 @@ def _tell(progress: Progress, fraction: float) -> None:
         progress(float(fraction))
 
 
-def _initial_velocity(scene: Scene, model: Model) -> np.ndarray:
-    """Components (3 v,) of a rigid velocity; held components rest."""
-    mesh, v = model.mesh, np.zeros((len(model.mesh.vectors), 3))
-    if scene.initial is not None:
-        is_position = (mesh.kinds == "r")[:, None]
-        v = np.cross(scene.initial.angular_velocity, mesh.vectors) + is_position * np.array(scene.initial.velocity)
-    v = v.ravel()
-    v[model.system.assembly.unknown_of < 0] = 0.0
-    return v
-
-
 def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     """What a solve would model and what it costs, without solving.
 
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
-    mesh = _mesh(scene, level) if level.enrich is None else build(scene, level).mesh
-    held = _held(scene, mesh)
-    unknowns, first = int((~held).sum()), distinct(mesh, _bands(scene), free_edges(mesh, held))[1]
+    mesh = mesh_of(scene, level) if level.enrich is None else build(scene, level).mesh
+    held = held_of(scene, mesh)
+    unknowns, first = int((~held).sum()), distinct(mesh, bands_of(scene), free_edges(mesh, held))[1]
     modelled, left_out = words(scene, level)
     return {
         "unknowns": unknowns,

@@ -39,7 +39,8 @@ def ancf(
     "split": CPU seconds of the cheapest run by part: set-up, force, tangent, factor, solve, inertia and the rest.
     "products_gflop": 10^9 operations of its matrix products, which no run can spare.
     """
-    from ancf.run import build, solve
+    from ancf.run import solve
+    from ancf.unpack import build
 
     stated = _until(load(scene), until)
     level = AncfLevel(mesh=(mesh, mesh), element=element, points=tuple(points), time_step=time_step)
@@ -297,7 +298,7 @@ def newton(size: float, steps: int = 3, time_step: float = 0.01) -> dict[str, An
 def _mesh(scene: Scene, edge: float):
     """The reference's frame and mesh of a scene at an edge length (m)."""
     from reference_fe.mesh import make
-    from reference_fe.run import mid_surface, plate_of, spacing_of
+    from reference_fe.unpack import mid_surface, plate_of, spacing_of
 
     frame, surface = mid_surface(scene)
     plate = plate_of(scene, frame, surface)
@@ -306,7 +307,7 @@ def _mesh(scene: Scene, edge: float):
 
 def discretised(scene: Scene, edge: float):
     """The reference's model of a scene at an edge length (m)."""
-    from reference_fe.run import discretise
+    from reference_fe.unpack import discretise
 
     return discretise(scene, *_mesh(scene, edge))
 

@@ -6,11 +6,11 @@ The requirement is 1e-6 [tread_volume_error]: OCC itself integrates a body with 
 import numpy as np
 import pytest
 
-from ancf.run import _bands
 from ancf.subdomain import element_rule
+from ancf.unpack import bands_of
 from compare.scene import load, parse
 from reference_fe.geometry import moments, session
-from reference_fe.run import mid_surface, plate_of
+from reference_fe.unpack import mid_surface, plate_of
 
 W = 0.5**0.5
 SQUARE = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1), (1, 0)]
@@ -68,7 +68,7 @@ def test_both_solvers_integrate_the_same_solid(name):
     stated = scene(SCENES[name])
     with session() as gmsh:
         volume, centroid, inertia = moments(gmsh, plate_of(stated, *mid_surface(stated)))
-    rule = element_rule(((0.0, 1.0), (0.0, 1.0)), _bands(stated), stated.thickness, (4, 4, 2))
+    rule = element_rule(((0.0, 1.0), (0.0, 1.0)), bands_of(stated), stated.thickness, (4, 4, 2))
     own = rule.weights.sum()
     centre = rule.weights @ rule.points / own
     away = rule.points - centre

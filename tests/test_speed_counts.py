@@ -12,7 +12,9 @@ from threadpoolctl import threadpool_limits
 
 import ancf.run
 import ancf.system
+import ancf.unpack
 import reference_fe.run
+import reference_fe.unpack
 from ancf.linear_solver import LinearSolver
 from ancf.packing import PORTION
 from compare.scene import AncfLevel, ReferenceLevel, load
@@ -30,7 +32,7 @@ def level(mesh, points=(3, 3, 2), time_step=STEP):
 @pytest.fixture(scope="module")
 def plates():
     """Models of 16x16 elements without and with the two grooves of Table 5."""
-    return {name: ancf.run.build(load(name), level(16)) for name in ("cantilever_plain", "cantilever")}
+    return {name: ancf.unpack.build(load(name), level(16)) for name in ("cantilever_plain", "cantilever")}
 
 
 def elements(model):
@@ -151,7 +153,7 @@ def test_the_reference_analyses_once_and_factorises_seldom(monkeypatch):
         linear_solver.Pardiso(np.array([0, 1]), np.array([0]))
     except ImportError:
         phases = None
-    systems = counted(monkeypatch, reference_fe.run, "pattern")
+    systems = counted(monkeypatch, reference_fe.unpack, "pattern")
     scene = load("cantilever_plain").override(HALF)
     result = reference_fe.run.solve(scene, ReferenceLevel(size=0.5, time_step=0.02))
     assert result.status == "ok" and result.steps == 25

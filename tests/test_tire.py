@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ancf.run import build
+from ancf.unpack import build
 from compare.scene import load
 from compare.scene_revolved import section_curve
 from reports.hard_cases.chapter import Asked, Outcome

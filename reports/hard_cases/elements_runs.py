@@ -150,7 +150,7 @@ def slender(element: str, cases: Sequence[Sequence[float]]) -> dict[str, Any]:
 def _strip(element: str, thickness: float, width: float, n: float) -> dict[str, Any]:
     from scipy.sparse.linalg import spsolve
 
-    from ancf.run import build
+    from ancf.unpack import build
 
     scene = load("rounded_groove").override(
         {

@@ -101,7 +101,8 @@ def steps(plates: Sequence[str], elements: Sequence[str], mesh: Sequence[int]) -
 
 def _step(plate: str, element: str, mesh: Sequence[int]) -> dict:
     from ancf.modes import highest
-    from ancf.run import build, solve
+    from ancf.run import solve
+    from ancf.unpack import build
 
     asked, level = scene(plate, 1, 0.3), AncfLevel(mesh=tuple(mesh), element=element)
     model = build(asked, level)
@@ -123,7 +124,7 @@ def effort(elements: Sequence[str], mesh: Sequence[int], count: int) -> dict:
 def _effort(element: str, mesh: Sequence[int], count: int) -> dict:
     from ancf.linear_solver import LinearSolver
     from ancf.modes import lowest
-    from ancf.run import build
+    from ancf.unpack import build
 
     system = build(scene("Barton's cantilever", count), AncfLevel(mesh=tuple(mesh), element=element)).system
     stiffness = system.tangent(system.body.mesh.vectors.ravel())

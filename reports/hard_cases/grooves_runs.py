@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from ancf.run import build, solve
+from ancf.run import solve
+from ancf.unpack import build
 from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 
 SQUARE = {"surface.length": 0.4, "surface.width": 0.4, "loads.0.region": [[0.3, 0.4], [0.3, 0.4]]}

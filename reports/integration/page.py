@@ -158,12 +158,12 @@ def _gallery() -> tuple[Sequence[pictures.Picture], Sequence[str], str]:
     """Pictures of all cases from below."""
     from ancf.mesh import grid
     from ancf.outline import facets
-    from ancf.run import _bands
+    from ancf.unpack import bands_of
 
     jobs, mesh = [], grid(np.array([0.0, 1.0]), np.array([0.0, 1.0]))
     for name in cases.NAMES:
         scene = cases.scene(name)
-        surface = facets(mesh, _bands(scene), scene.thickness)
+        surface = facets(mesh, bands_of(scene), scene.thickness)
         outline = Outline(surface.points, np.zeros_like(surface.points), surface.triangles, surface.edges)
         jobs.append(
             pictures.Job(name.replace(" ", "-"), f"{name}, seen from below", "mesh", "ancf", outline, below=True)

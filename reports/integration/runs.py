@@ -42,10 +42,10 @@ def matrices(case: str, subdomain: list[int], whole: list[int]) -> dict[str, Any
 
 
 def _bands(case: str) -> tuple[tuple, float]:
-    from ancf.run import _bands
+    from ancf.unpack import bands_of
 
     scene = cases.scene(case)
-    return _bands(scene), scene.thickness
+    return bands_of(scene), scene.thickness
 
 
 def _matrices(bands, thickness: float, count: int, rule: str) -> tuple[np.ndarray, np.ndarray, int, float]:
@@ -86,7 +86,7 @@ def volumes(case: str, meshes: list[int]) -> dict[str, Any]:
     """Volume, void ratio and the largest differences of volume, centroid and inertia to the solid that OCC cuts."""
     from ancf.subdomain import element_rule
     from reference_fe.geometry import moments, session
-    from reference_fe.run import mid_surface, plate_of
+    from reference_fe.unpack import mid_surface, plate_of
 
     scene, (bands, thickness) = cases.scene(case), _bands(case)
     with session() as gmsh:

@@ -114,8 +114,10 @@ def part(solver: str = "ancf", part: str = "quarter", steps: int = 20, **told: A
     run = importlib.import_module(SOLVERS[solver])
     built = 0.0
     if solver == "ancf":
+        from ancf.unpack import build
+
         begin = time.process_time()
-        run.build(scene, level)
+        build(scene, level)
         built = time.process_time() - begin
     result = run.solve(scene, level)
     built = built or result.facts["mesh_seconds"]
@@ -132,7 +134,8 @@ def part(solver: str = "ancf", part: str = "quarter", steps: int = 20, **told: A
 
 def rubber(mesh: tuple[int, int] = (12, 5), **told: Any) -> dict[str, Any]:
     """Microseconds per element of force and tangent with the tread's grooves, one thread, the least of REPEATS."""
-    from ancf.run import BLAS, build
+    from ancf.run import BLAS
+    from ancf.unpack import build
 
     scene, level = tire({"mesh": list(mesh), **told})
     with BLAS.limit(limits=1, user_api="blas"):
@@ -157,7 +160,7 @@ def rubber(mesh: tuple[int, int] = (12, 5), **told: Any) -> dict[str, Any]:
 
 def _plain(mesh, told) -> tuple[float, float]:
     """Seconds per element of force and tangent without any groove."""
-    from ancf.run import build
+    from ancf.unpack import build
 
     scene, level = tire({"mesh": list(mesh), **told}, grooves=[])
     model = build(scene, level)

@@ -9,8 +9,9 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from ancf.linear_solver import LinearSolver
 from ancf.newton import equilibrium
-from ancf.run import _held, build, estimate, solve
+from ancf.run import estimate, solve
 from ancf.system import system
+from ancf.unpack import build, held_of
 from compare.result import load as load_result
 from compare.result import save
 from compare.scene import AncfLevel, load, parse
@@ -255,7 +256,7 @@ def test_bending_is_stiffer_with_poissons_ratio_as_explain_says():
         material = {**PLATE["material"], "poissons_ratio": ratio}
         case = scene(grooves=[], supports=CLAMP, loads=down, analysis=analysis, material=material)
         model = build(case, LEVEL.model_copy(update={"mesh": (16, 1)}))
-        held = _held(case, model.mesh).reshape(-1, 3)
+        held = held_of(case, model.mesh).reshape(-1, 3)
         held[:, 1] = held[model.mesh.kinds == "r_y"] = True
         strip = system(model.body, held.ravel(), model.system.loads, case.thickness)
         start = model.mesh.vectors.ravel()

@@ -11,11 +11,12 @@ from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.material import from_engineering
 from ancf.mesh import grid
 from ancf.refine import fitted
-from ancf.run import build, estimate, solve
+from ancf.run import estimate, solve
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.supports import clamp
 from ancf.system import body, system
+from ancf.unpack import build
 from compare.scene import AncfLevel, load
 
 from . import conftest

@@ -8,9 +8,10 @@ import pytest
 from ancf.linear_solver import LinearSolver
 from ancf.mesh import grid
 from ancf.nurbs import Curve, Revolved, crease, surface_derivatives
-from ancf.run import build, solve
+from ancf.run import solve
 from ancf.shape import FAMILY
 from ancf.supports import free_edges
+from ancf.unpack import build
 from tests.revolved_scenes import RADIUS, THICKNESS, TUBE, arc, arc_volume, cylinder, first, scene_of
 
 BENT = Curve(2, [0, 0, 0, 1, 1, 1], [[-0.3, 0.8], [0.1, 1.4], [0.5, 0.7]], [1, 0.6, 1.2])

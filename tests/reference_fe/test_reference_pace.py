@@ -20,7 +20,8 @@ from reference_fe.loads import Load, face_share
 from reference_fe.mesh import make
 from reference_fe.newton import NewtonFailure
 from reference_fe.pace import Pace, Trial, march
-from reference_fe.run import discretise, estimate, mid_surface, plate_of, solve, spacing_of
+from reference_fe.run import estimate, solve
+from reference_fe.unpack import discretise, mid_surface, plate_of, spacing_of
 
 SCHEMES = pytest.mark.parametrize(
     "scheme", [TRAPEZOIDAL, generalized_alpha(0.8)], ids=["trapezoidal", "generalized-alpha"]

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from reference_fe import run
+from reference_fe import run, unpack
 from reference_fe.contact import face
 from reference_fe.elasticity import pattern, tabulate
 from reference_fe.geometry import MeshError
@@ -23,9 +23,9 @@ GROOVE = {"name": "round", "face": "top", "along": "x", "across": [0.25, 0.75], 
 
 
 def solid_of(scene, size):
-    frame, surface = run.mid_surface(scene)
-    plate = run.plate_of(scene, frame, surface)
-    return make(plate, run.spacing_of(plate, size), surface), surface
+    frame, surface = unpack.mid_surface(scene)
+    plate = unpack.plate_of(scene, frame, surface)
+    return make(plate, unpack.spacing_of(plate, size), surface), surface
 
 
 @pytest.mark.parametrize("axis", ["X", "Y", "Z"])
@@ -34,7 +34,7 @@ def test_the_box_is_carried_to_the_section_turned_about_its_axis(axis, start):
     """The middle of the section at a quarter turn from the start: on the tube's outside, TUBE from its centre."""
     surface = {"kind": "revolved", "axis": axis, "angle": [start, start + 2.0], "section": arc()}
     scene = scene_of(arc(), surface=surface)
-    frame, surface = run.mid_surface(scene)
+    frame, surface = unpack.mid_surface(scene)
     angle = start + math.pi / 2
     box = np.array([[*frame.place((angle, 0.5)), 0.03]]).T
     k = "XYZ".index(axis)

@@ -12,7 +12,8 @@ from plate_scene import PLAIN
 from compare import result as results
 from compare.scene import ReferenceLevel, parse
 from reference_fe.mesh import make
-from reference_fe.run import estimate, mid_surface, plate_of, solve, spacing_of
+from reference_fe.run import estimate, solve
+from reference_fe.unpack import mid_surface, plate_of, spacing_of
 
 ONE_GROOVE = {"name": "g", "face": "bottom", "along": "x", "across": [0.4, 0.6], "depth": 0.02}
 STATIC = {"kind": "static", "until": 1.0, "every": 0.5}

@@ -2,6 +2,7 @@
 
 import html
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -146,6 +147,55 @@ def test_a_plot_tells_values_and_hides_a_series(page, tmp_path):
     found = tried(page, tmp_path, script)
     assert found["said"].startswith(found["label"] + ": ") and found["hidden"] == "none"
     assert found["apart"] < 1.5  # px: the place that the script knows is where the marker was drawn
+
+
+@pytest.mark.parametrize("section", ["values", "errors"])
+def test_a_dragged_rectangle_is_enlarged_with_its_axes(page, tmp_path, section):
+    """What is drawn follows the new ticks: the value of a marker is what the ticks around it say; twice, then whole."""
+    script = """
+    const svg = document.querySelector('#SECTION svg[data-points]'), series = JSON.parse(svg.dataset.points);
+    const about = JSON.parse(svg.dataset.panels)[0], [left, top, right, bottom] = about.box;
+    const group = svg.querySelector('[data-panel]'), line = series.find((one) => one.panel === 0 && one.at.length > 2);
+    const fire = (kind, x, y) => {
+      const at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+      const about = { clientX: at.x, clientY: at.y, bubbles: true, pointerType: 'mouse', button: 0 };
+      svg.dispatchEvent(new PointerEvent(kind, about));
+    };
+    const drag = (x0, y0, x1, y1) => {
+      fire('pointerdown', x0, y0);
+      fire('pointermove', x1, y1);
+      fire('pointerup', x1, y1);
+    };
+    const middle = (use) => {
+      const box = use.getBoundingClientRect();
+      return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+    };
+    const ticks = (name) => [...group.querySelectorAll(`[data-tick="${name}"]`)];
+    const value = (tick) => Number(tick.textContent.trim().replace('\\u2212', '-'));
+    const labels = (name) => ticks(name).filter((tick) => tick.style.display !== 'none')
+      .map((tick) => [value(tick), middle(tick.querySelector('use'))[name]]);
+    const drawn = () => [...svg.querySelectorAll(`[data-series="${line.id}"] use`)];
+    const marks = () => drawn().map(middle).map(({ x, y }) => [x, y]);
+    const state = () => ({ x: labels('x'), y: labels('y'), marks: marks() });
+    const before = state(), half = [(left + right) / 2, (top + bottom) / 2];
+    drag(left + 2, top + 2, half[0] + 20, half[1] + 30);
+    const once = state();
+    drag(left + 5, top + 5, right - 5, bottom - 5);
+    const twice = state();
+    svg.dispatchEvent(new MouseEvent('dblclick'));
+    return { before, once, twice, after: state(), line, about };"""
+    found = tried(page, tmp_path, script.replace("SECTION", section))
+    assert found["after"] == found["before"]
+    for state in (found["before"], found["once"], found["twice"]):
+        for k, name in enumerate("xy"):
+            assert 2 <= len(state[name]) <= 14, state
+            scale = math.log10 if found["about"][f"log{name}"] else float
+            (low, at_low), *_, (high, at_high) = state[name]
+            for value, mark in zip(found["line"][name], state["marks"], strict=True):
+                part = (mark[k] - at_low) / (at_high - at_low)
+                told = scale(low) + part * (scale(high) - scale(low))
+                assert abs(told - scale(value)) < 0.01 * abs(scale(high) - scale(low)) + 2e-6 * abs(scale(value))
+    assert found["once"]["x"] != found["before"]["x"] and found["twice"]["x"] != found["once"]["x"]
 
 
 def test_words_contrast_with_what_is_behind_them(page, tmp_path):

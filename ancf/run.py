@@ -53,6 +53,7 @@ from compare.scene import AncfLevel, Scene
 
 if TYPE_CHECKING:
     from ancf import contact
+    from ancf.outline import Facets
 
 SOLVER = "ancf"
 GEOMETRY_FAILED = "geometry_failed"
@@ -228,7 +229,15 @@ def _outline(
         modes=np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None,
         path=np.array(path, np.float32) if path else None,
         path_index=np.array(shots.index) if path else None,
+        stress=_stress(scene, model, surface, q) if scene.surface_stress else None,
     )
+
+
+def _stress(scene: Scene, model: Model, surface: Facets, q: np.ndarray) -> np.ndarray:
+    """Von Mises stress (n,) at the surface's points."""
+    from ancf.stress import von_mises
+
+    return von_mises(model.mesh, surface, q.reshape(-1, 3), material_of(scene))
 
 
 def _message(history: History) -> str:

@@ -336,6 +336,7 @@ class Scene(Part):
     """The whole question. See the module's docstring for coordinates and units.
 
     grooves: those stated, and after them those of the tread, whose names begin with "tread ".
+    surface_stress: whether each solver also states the von Mises stress on its surface at the last output.
     """
 
     schema_version: Literal[1] = SCHEMA
@@ -356,6 +357,7 @@ class Scene(Part):
     obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
+    surface_stress: bool = False
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
     ancf: Annotated[AncfLadder, Inherited] | None = None
     reference: Annotated[ReferenceLadder, Inherited] | None = None

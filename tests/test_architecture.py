@@ -56,6 +56,7 @@ ANCF_ORDER = (
     "modes",
     "outline_cut",
     "outline",
+    "stress",
     "words",
     "unpack",
     "run",

@@ -65,7 +65,7 @@ def test_a_body_is_coloured_by_its_distance_from_the_reference():
     moved = replace(bent[0], displacement=bent[0].displacement + np.array([0.0, 0.03, 0.04]))
     np.testing.assert_allclose(_apart(moved, bent[1]), 0.05, rtol=1e-9)
     np.testing.assert_allclose(_apart(bent[0], bent[1]), 0.0, atol=1e-12)
-    assert _apart(fine, replace(coarse, points=coarse.points + [0.0, 0.05, 0.0])) is None
+    assert _apart(fine, replace(coarse, points=coarse.points + np.array([0.0, 0.05, 0.0]))) is None
     assert _apart(fine, replace(coarse, modes=coarse.points[None])) is None
 
 

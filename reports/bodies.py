@@ -16,7 +16,7 @@ from compare.table import element, height, in_ladders, unit
 from reports.ladders import NAMES, ladders, named, scenes
 
 ALLOWED = 2_600_000  # bytes of all bodies of a page: with pictures and plots it stays below 5 MB
-NEAR = 24  # triangles, by their middles, among which the one that holds a point is looked for
+NEAR = (24, 500)  # triangles, by their middles, among which the one that holds a point is looked for
 FAR = 2e-3  # of the body's size: farther from every triangle a point is not on the other surface
 REACH = 0.1  # of the body's size: the largest displacement of a mode
 
@@ -121,23 +121,32 @@ def _apart(outline: Outline, other: Outline) -> np.ndarray | None:
     """
     if outline.modes is not None or other.modes is not None:
         return None
+    far = FAR * np.linalg.norm(np.ptp(outline.points, axis=0))
+    there, missed = _read_off(other, outline.points, NEAR[0])
+    lost = missed > far  # beside triangles of very different sizes the nearest middles are not enough
+    if lost.any():
+        there[lost], missed[lost] = _read_off(other, outline.points[lost], NEAR[1])
+    if np.mean(missed > far) > 0.01:
+        return None
+    return np.linalg.norm(outline.displacement - there, axis=1)
+
+
+def _read_off(other: Outline, points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, 3) of a surface at points (n, 3), and how far (m) each is from the nearest of the `count`
+    triangles whose middles are closest."""
     corners = other.points[other.triangles]
     sides = corners[:, 1:] - corners[:, :1]
-    _, near = cKDTree(corners.mean(axis=1)).query(outline.points, k=min(NEAR, len(corners)))
-    near = near.reshape(len(outline.points), -1)
-    r = outline.points[:, None] - corners[near, 0]
-    weights = np.einsum("qkai,qki->qka", np.linalg.pinv(sides.swapaxes(1, 2))[near], r)
-    inside = np.clip(weights, 0.0, 1.0)
+    inverse = np.linalg.pinv(sides.swapaxes(1, 2))
+    _, near = cKDTree(corners.mean(axis=1)).query(points, k=min(count, len(corners)))
+    near = near.reshape(len(points), -1)
+    r = points[:, None] - corners[near, 0]
+    inside = np.clip(np.einsum("qkai,qki->qka", inverse[near], r), 0.0, 1.0)
     inside /= np.maximum(inside.sum(axis=-1, keepdims=True), 1.0)
     missed = np.linalg.norm(r - np.einsum("qka,qkai->qki", inside, sides[near]), axis=-1)
-    best = missed.argmin(axis=1)[:, None]
-    size = np.linalg.norm(np.ptp(outline.points, axis=0))
-    if np.mean(np.take_along_axis(missed, best, 1) > FAR * size) > 0.01:
-        return None
-    weight = np.take_along_axis(inside, best[..., None], 1)[:, 0]
-    moved = other.displacement[other.triangles[np.take_along_axis(near, best, 1)[:, 0]]]
-    there = moved[:, 0] + np.einsum("qa,qai->qi", weight, moved[:, 1:] - moved[:, :1])
-    return np.linalg.norm(outline.displacement - there, axis=1)
+    best = np.arange(len(points)), missed.argmin(axis=1)
+    moved = other.displacement[other.triangles[near[best]]]
+    there = moved[:, 0] + np.einsum("qa,qai->qi", inside[best], moved[:, 1:] - moved[:, :1])
+    return there, missed[best]
 
 
 def _contact(entry: Entry) -> dict[str, np.ndarray]:

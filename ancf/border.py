@@ -98,10 +98,8 @@ class BorderedSolver:
         return C
 
 
-def solver_of(system: System) -> LinearSolver | BorderedSolver:
-    """For the tangents of a system, with a border where its rim is free."""
+def bordered(system: System) -> BorderedSolver:
+    """For the tangents of a system whose rim is free."""
     pattern, rim = system.assembly.pattern, system.rim
-    if rim is None or not rim.free:
-        return LinearSolver(pattern)
     tied = [rim.tied & (np.arange(len(rim.tied)) % 3 == a) for a in rim.free]
     return BorderedSolver(pattern, [system.assembly.unknown_of[own] for own in tied])

@@ -37,10 +37,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from threadpoolctl import ThreadpoolController
 
-from ancf.border import solver_of
 from ancf.integrate import SCHEMES, advance, initial_state
 from ancf.layer import KIND
-from ancf.linear_solver import SingularMatrix
+from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import brought_up
 from ancf.modes import WORDS, lowest
 from ancf.newton import OK, SINGULAR, equilibrium
@@ -56,6 +55,7 @@ from compare.scene import AncfLevel, Scene
 
 if TYPE_CHECKING:
     from ancf import contact
+    from ancf.border import BorderedSolver
 
 SOLVER = "ancf"
 GEOMETRY_FAILED = "geometry_failed"
@@ -253,7 +253,7 @@ def _output_times(scene: Scene) -> np.ndarray:
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """What acts at t = 0 is first brought up from nothing, then the path follows the histories."""
     history, q, work, touches, pull = History(), model.mesh.vectors.ravel().copy(), 0.0, _untouched(model), None
-    solver, times = solver_of(model.system), _output_times(scene)
+    solver, times = _solver(model.system), _output_times(scene)
     paths = [_bringing_up(scene, level, model)]
     paths += [(model.system, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
     for t, (loaded, t0, t1, step) in zip(times, paths, strict=True):
@@ -268,6 +268,15 @@ def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -
         _record(history, model, float(t), q, np.zeros_like(q), work, touches, pull)
         _tell(progress, t / times[-1])
     return history, q
+
+
+def _solver(acting: System) -> LinearSolver | BorderedSolver:
+    """For the system's tangents, with a border where a rim is free."""
+    if acting.rim is None or not acting.rim.free:
+        return LinearSolver(acting.assembly.pattern)
+    from ancf.border import bordered
+
+    return bordered(acting)
 
 
 def _untouched(model: Model) -> tuple[contact.Touch, ...]:
@@ -291,7 +300,7 @@ def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """Statics by arc length, behind the loads that act at t = 0; every point is an output."""
-    history, solver = History(), solver_of(model.system)
+    history, solver = History(), _solver(model.system)
     ramp, t0, t1, step = _bringing_up(scene, level, model)
     begun = equilibrium(ramp, solver, model.mesh.vectors.ravel().copy(), t0, t1, step)
     points = [Point(0.0, 0.0, begun.q, 0.0, begun.status, begun.iterations)]
@@ -312,7 +321,7 @@ def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> t
 
 def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     q = model.mesh.vectors.ravel().copy()
-    acting, solver = model.system, solver_of(model.system)
+    acting, solver = model.system, _solver(model.system)
     history = History()
     try:
         state = initial_state(acting, solver, q, initial_velocity(scene, model))

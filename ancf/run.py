@@ -46,8 +46,9 @@ from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import GeometryError
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.sharing import possible, sharing
 from ancf.supports import free_edges
-from ancf.system import System, distinct, expected_memory
+from ancf.system import System, dividing, expected_memory
 from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of, rim_of
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Rim, Shots
@@ -410,7 +411,9 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     if rim is not None:
         held = held | rim.held
     spared = 0 if rim is None else rim.spared
-    unknowns, first = int((~held).sum()) - spared, distinct(mesh, bands_of(scene), free_edges(mesh, held))[1]
+    unknowns, free = int((~held).sum()) - spared, free_edges(mesh, held)
+    divided = dividing(mesh, bands_of(scene), scene.thickness, free)
+    first = sharing(mesh, divided, free, possible(mesh, level.points)).first
     modelled, left_out = words(scene, level)
     return {
         "unknowns": unknowns,

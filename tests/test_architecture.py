@@ -17,6 +17,7 @@ READERS = {"run", "unpack", "words"}  # of a solver: they know scenes and result
 # In ancf a file imports only files above it.
 ANCF_ORDER = (
     "shape",
+    "image",
     "nurbs",
     "quadrature",
     "packing",
@@ -34,6 +35,7 @@ ANCF_ORDER = (
     "enhanced",
     "element",
     "quadratic_form",
+    "sharing",
     "rubber",
     "relaxation",
     "hyperelastic",

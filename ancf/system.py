@@ -27,6 +27,7 @@ from ancf.subdomain import Feature, element_rule
 if TYPE_CHECKING:
     from ancf.contact import Contact
     from ancf.hyperelastic import HyperelasticElements, SplitElements
+    from ancf.rim import Rim
 
     Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
 
@@ -93,9 +94,10 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components, loads, dead and following, and what it may touch.
+    """A body with held components, loads, dead and following, what it may touch, and the rim that holds its edges.
 
-    q, v, a are components (3 v,), sums over unknowns (u,).
+    q, v, a are components (3 v,), sums over unknowns (u,). A rim's tied components are unknowns each; the sum of their
+    forces is at the first of them.
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
@@ -110,21 +112,29 @@ class System:
     moments: tuple[EdgeMoment, ...] = ()
     pressures: tuple[FollowerPressure, ...] = ()
     contact: Contact | None = None
+    rim: Rim | None = None
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns."""
-        return len(self.assembly.free)
+        """Number of unknowns; what a rim ties counts once."""
+        return len(self.assembly.free) - (0 if self.rim is None else self.rim.spared)
+
+    def on_unknowns(self, total: np.ndarray) -> np.ndarray:
+        """Forces (u,) of those on all components (3 v,)."""
+        return (total if self.rim is None else self.rim.sums(total))[self.assembly.free]
 
     def force_internal(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Internal force (u,). more: pairs of a number and an array (3 v,), as in `QuadraticElements.force`."""
+        return self.on_unknowns(self.internal_total(q, more))
+
+    def internal_total(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Internal force (3 v,), that on held components included."""
         gather = self.assembly.gather
-        elements = self.body.elements.force(gather(q), [(c, gather(x)) for c, x in more])
-        return self.assembly.vector(elements)[self.assembly.free]
+        return self.assembly.vector(self.body.elements.force(gather(q), [(c, gather(x)) for c, x in more]))
 
     def force_external(self, t: float) -> np.ndarray:
         """Dead loads (u,) at time t."""
-        return self.loads_total(t)[self.assembly.free]
+        return self.on_unknowns(self.loads_total(t))
 
     def loads_total(self, t: float) -> np.ndarray:
         """Dead loads (3 v,) at time t, those on held components included."""
@@ -142,7 +152,7 @@ class System:
 
     def force_following(self, q: np.ndarray, t: float) -> np.ndarray:
         """The same on the unknowns (u,)."""
-        return self.following_total(q, t)[self.assembly.free]
+        return self.on_unknowns(self.following_total(q, t))
 
     def tangent_loaded(self, q: np.ndarray, t: float, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force less the loads at time t. more: as in `tangent`."""
@@ -165,8 +175,15 @@ class System:
         return self.assembly.matrix(self.body.elements.tangent(gather(q), [(c, gather(x)) for c, x in more]))
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
-        """M a (u,) of accelerations (3 v,)."""
-        return (self._mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
+        """M a (u,) of accelerations (3 v,), a rim's mass included."""
+        return self.on_unknowns(self.inertia_total(a))
+
+    def inertia_total(self, a: np.ndarray) -> np.ndarray:
+        """M a (3 v,), that on held components included."""
+        total = (self._mass @ a.reshape(-1, 3)).ravel()
+        if self.rim is not None and self.rim.mass:
+            total += self.rim.inertia(a)
+        return total
 
     @cached_property
     def _mass(self) -> sp.csr_matrix | np.ndarray:
@@ -194,6 +211,8 @@ class System:
         """Kinetic and strain energy in J."""
         v = v.reshape(-1, 3)
         kinetic = 0.5 * float(np.sum(v * (self.body.mass @ v)))
+        if self.rim is not None:
+            kinetic += self.rim.mass / 2 * float(np.sum((self.rim.row @ v) ** 2))
         return kinetic, self.body.elements.energy(self.assembly.gather(q))
 
     def norm(self, residual: np.ndarray) -> float:
@@ -367,10 +386,11 @@ def system(
     thickness: float,
     moments: Sequence[EdgeMoment] = (),
     pressures: Sequence[FollowerPressure] = (),
+    rim: Rim | None = None,
 ) -> System:
-    """The body with held components (3 v,), dead loads, moments and follower pressures."""
+    """The body with held components (3 v,), dead loads, moments, follower pressures, and a rim that holds edges."""
     coupled = [np.flatnonzero(moment.row) for moment in moments]
-    mesh = plate.mesh
+    mesh, held = plate.mesh, held if rim is None else held | rim.held
     sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held, coupled)
     a, b = (np.ptp(lines) / (len(lines) - 1) for lines in (mesh.x_lines, mesh.y_lines))
     sides = {
@@ -383,7 +403,10 @@ def system(
         "d_l": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
-    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments), tuple(pressures))
+    values = _on_pattern(plate.mass, sums)
+    if rim is not None:
+        values[sums.pattern.indptr[sums.unknown_of[rim.masters]]] += rim.mass  # the diagonal begins a column
+    return System(plate, sums, tuple(loads), values, lengths, tuple(moments), tuple(pressures), rim=rim)
 
 
 def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:

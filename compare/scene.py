@@ -39,6 +39,7 @@ from compare.scene_parts import (
     Vector,
     exactly,
 )
+from compare.scene_rim import Rim
 from compare.treads import PREFIX, Tread
 from compare.treads import grooves as tread_grooves
 
@@ -336,6 +337,7 @@ class Scene(Part):
     """The whole question. See the module's docstring for coordinates and units.
 
     grooves: those stated, and after them those of the tread, whose names begin with "tread ".
+    surface_stress: whether each solver also states the von Mises stress on its surface at the last output.
     """
 
     schema_version: Literal[1] = SCHEMA
@@ -352,10 +354,12 @@ class Scene(Part):
     tread: Tread | None = None
     material: Material
     supports: tuple[Support, ...] = ()
+    rim: Rim | None = None
     loads: tuple[Load, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
+    surface_stress: bool = False
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
     ancf: Annotated[AncfLadder, Inherited] | None = None
     reference: Annotated[ReferenceLadder, Inherited] | None = None
@@ -381,6 +385,7 @@ class Scene(Part):
             "reference",
             "published",
             "sensitivity",
+            *(("rim",) if self.rim is None else ()),
         }
         return self.model_dump(mode="json", exclude=unread)
 

@@ -141,7 +141,7 @@ def _face_rule(cell, bands, thickness: float, axis: int, at: float, levels: Sequ
 def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
     """Integral of the shape functions of element e by volume as a row (v,), and the volume."""
     shape, vectors = mesh.element(e)
-    part = integrand(shape, rule, mesh.cells[e], mesh.vectors[vectors])
+    part = integrand(shape, rule, mesh.cells[e], mesh.vectors[vectors], enhanced=False)
     row = np.zeros(len(mesh.vectors))
     row[vectors] = part.volume @ part.S
     return row, float(part.volume.sum())

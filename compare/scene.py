@@ -39,6 +39,7 @@ from compare.scene_parts import (
     Vector,
     exactly,
 )
+from compare.scene_rim import Rim
 from compare.treads import PREFIX, Tread
 from compare.treads import grooves as tread_grooves
 
@@ -353,6 +354,7 @@ class Scene(Part):
     tread: Tread | None = None
     material: Material
     supports: tuple[Support, ...] = ()
+    rim: Rim | None = None
     loads: tuple[Load, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
@@ -383,6 +385,7 @@ class Scene(Part):
             "reference",
             "published",
             "sensitivity",
+            *(("rim",) if self.rim is None else ()),
         }
         return self.model_dump(mode="json", exclude=unread)
 

@@ -11,6 +11,7 @@ from compare.scene_errors import SceneError
 from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
 from compare.scene_parts import History
 from compare.scene_revolved import seam_problems
+from compare.scene_rim_checks import rim_problems
 from compare.scene_symmetry import symmetry_problems
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
@@ -45,6 +46,7 @@ def problems(scene: Scene) -> Iterator[str]:
     checks += timed if scene.analysis.kind != "modes" else (_timeless,)
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
+    yield from rim_problems(scene, list(_levels(scene)))
 
 
 def _file_names(scene: Scene) -> Iterator[str]:
@@ -154,7 +156,7 @@ def _supports(scene: Scene) -> Iterator[str]:
             yield f"supports.{i}.edge = {support.edge!r}: {CLAMPED.format(first=first)}"
         if support.kind == "hold":
             yield from _held(scene, i)
-    if scene.analysis.kind == "static" and not scene.supports:
+    if scene.analysis.kind == "static" and not scene.supports and scene.rim is None:
         yield "supports = []: statics without a support is singular; clamp an edge"
 
 
@@ -348,7 +350,7 @@ def _least_points(scene: Scene, level: Level) -> tuple[int, int, int]:
     least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
     if least == (1, 1, 1) or level.integration == "global":
         return least
-    held = {getattr(support, "edge", None) for support in scene.supports}
+    held = {getattr(support, "edge", None) for support in scene.supports} | set(scene.rim.edges if scene.rim else ())
     between = (
         level.mesh[k] == 1 and level.fit is None and not {f"{axis}0", f"{axis}1"} & held for k, axis in enumerate("xy")
     )

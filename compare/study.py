@@ -32,7 +32,7 @@ LIBRARIES = {
 }
 LIBRARIES["calculix"] = (*LIBRARIES["reference"], "ccx")
 SOURCES = {"calculix": ("reports.calculix_solver", "compare.external.calculix", "reference_fe")}
-CONTRACT = ("scene.py", "scene_parts.py", "scene_contact.py", "scene_outline.py", "result.py")
+CONTRACT = ("scene.py", "scene_parts.py", "scene_contact.py", "scene_outline.py", "scene_rim.py", "result.py")
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ CHAPTERS: tuple[str, ...] = (
     "grooves",
     "benchmarks",
     "shells",
+    "skew",
     "frequencies",
     "motion",
     "paths",

@@ -47,6 +47,7 @@ from ancf.path import Point, follow
 from ancf.supports import free_edges
 from ancf.system import System, distinct, expected_memory
 from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of
+from ancf.wall import KINDS
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Shots
 from compare.scene import AncfLevel, Scene
@@ -102,6 +103,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         "elements": len(model.mesh.connectivity),
         "distinct_elements": model.body.shapes,
         "layer_vectors": int((model.mesh.kinds == KIND).sum()),
+        "wall_vectors": int(np.isin(model.mesh.kinds, KINDS).sum()),
     }
     return Result(
         **_header(scene, level),

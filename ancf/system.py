@@ -150,8 +150,8 @@ class System:
     @cached_property
     def _faces(self) -> Assembly:
         """Sums over the faces of all elements, in the order of the mesh."""
-        mesh, assembly = self.body.mesh, self.assembly
-        return on_pattern(mesh.connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
+        assembly = self.assembly
+        return on_pattern(self.pressures[0].connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -226,7 +226,7 @@ def body(
         elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
     else:
         fewer = integrands(tuple(count - 1 for count in points)) if volumetric == REDUCED else None
-        elements = (_hyperelastic(groups[0], mesh, material, volumetric, fewer),)
+        elements = tuple(_hyperelastic(group, mesh, material, volumetric, fewer) for group in groups)
     scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
     volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
@@ -240,11 +240,15 @@ def body(
 
 
 class _Group(NamedTuple):
-    """Elements of equally many functions in their order: Integrand of each form, form (e,), connectivity (e, i)."""
+    """Elements of equally many functions in their order: Integrand of each form, form (e,), connectivity (e, i).
+
+    own (g,): which of all forms these are.
+    """
 
     parts: list[Integrand]
     form_of: np.ndarray
     connectivity: np.ndarray
+    own: np.ndarray
 
 
 def _part(
@@ -261,11 +265,12 @@ def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.
     members = np.flatnonzero(own[form_of])
     members = members[element_order(form_of[members])]
     connectivity = np.stack([mesh.element(e).vectors for e in members])
-    return _Group([parts[g] for g in np.flatnonzero(own)], (np.cumsum(own) - 1)[form_of[members]], connectivity)
+    kept = np.flatnonzero(own)
+    return _Group([parts[g] for g in kept], (np.cumsum(own) - 1)[form_of[members]], connectivity, kept)
 
 
 def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
-    parts, form_of, connectivity = group
+    parts, form_of, connectivity, _ = group
     if pointwise:
         return PointElements(tuple(parts[g] for g in form_of), material)
     first = connectivity[np.unique(form_of, return_index=True)[1]]
@@ -275,7 +280,7 @@ def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwi
 def _hyperelastic(
     group: _Group, mesh: Mesh, material: MooneyRivlin, volumetric: str, fewer: Sequence[Integrand] | None
 ) -> HyperelasticElements | SplitElements:
-    """Elements of Mooney-Rivlin material. fewer: integrands of the reduced volumetric energy."""
+    """Elements of Mooney-Rivlin material. fewer: integrands of all forms for the reduced volumetric energy."""
     from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form  # and numba, for rubber alone
 
     shear = SHEAR if mesh.shape.shear is not None and volumetric == RELAXED else 1.0
@@ -287,7 +292,7 @@ def _hyperelastic(
     if fewer is None:
         return elements(material, group.parts)
     isochoric, only_volume = replace(material, bulk=0.0), replace(material, mu10=0.0, mu01=0.0)
-    return SplitElements(elements(isochoric, group.parts), elements(only_volume, fewer))
+    return SplitElements(elements(isochoric, group.parts), elements(only_volume, [fewer[g] for g in group.own]))
 
 
 def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
@@ -337,7 +342,7 @@ def _pre_integrated(parts, material, vectors, form_of, mesh: Mesh) -> QuadraticE
 
 def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
-    parts, form_of, connectivity = group
+    parts, form_of, connectivity, _ = group
     values = np.stack([mass(part, density) for part in parts])[form_of]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
@@ -380,6 +385,8 @@ def system(
         "r_z": thickness / 2,
         "d_e": thickness / 2,
         "d_l": thickness / 2,
+        "r_w": 1.0,
+        "d_w": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
     return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments), tuple(pressures))

@@ -30,6 +30,7 @@ ANCF_ORDER = (
     "mesh",
     "free_edge",
     "layer",
+    "wall",
     "material",
     "enhanced",
     "element",

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-KERNELS = ("reference_fe.kernel", "reference_fe.rubber", "reference_fe.contact_kernel", "ancf.rubber")
+PLATE = ("ancf.rubber", "ancf.relaxation")
+KERNELS = ("reference_fe.kernel", "reference_fe.rubber", "reference_fe.contact_kernel", *PLATE)
 SOLVE = """
 import hashlib
 from compare.scene import load

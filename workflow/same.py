@@ -13,6 +13,7 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -32,12 +33,12 @@ def main(scene: str, budget: str) -> int:
     return int(bool(found) or not count)
 
 
-def run(scene: str, budget: str, folder: Path) -> tuple[Path, Path]:
-    """The output folders of the workflow and of the plain run."""
+def run(scene: str, budget: str, folder: Path, executor: Sequence[str] = ("--cores", "2")) -> tuple[Path, Path]:
+    """The output folders of the workflow and of the plain run; executor: words that tell Snakemake where jobs run."""
     flow, plain = folder / "flow", folder / "plain"
     command = [sys.executable, "-m", "compare.cli"]
     engine = [sys.executable, "-m", "snakemake"] if importlib.util.find_spec("snakemake") else ["snakemake"]
-    words = ["-s", str(ROOT / "workflow" / "Snakefile"), "--cores", "2", "--directory", str(folder), "--config"]
+    words = ["-s", str(ROOT / "workflow" / "Snakefile"), *executor, "--directory", str(folder), "--config"]
     config = [f"out={flow}", f"scenes={scene}", f"budget={budget}", f"command={' '.join(command)}"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     subprocess.run([*engine, *words, *config], check=True, env=environment, stdout=sys.stderr)

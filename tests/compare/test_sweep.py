@@ -3,7 +3,9 @@
 import csv
 import importlib.util
 import json
-import shutil
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,7 @@ from test_cli import SCENE
 from compare import cli, study
 
 ROOT = Path(__file__).parents[2]
+SNAKEFILE = ROOT / "workflow" / "Snakefile"
 SPEC = importlib.util.spec_from_file_location("same", ROOT / "workflow" / "same.py")
 same = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(same)
@@ -76,11 +79,44 @@ def test_a_failing_unit_is_a_result_and_a_crash_is_not(scenes, capsys, monkeypat
     assert "newton_diverged" in capsys.readouterr().out
 
 
+def installed(*modules):
+    """Skips where one is missing."""
+    missing = [name for name in modules if importlib.util.find_spec(name) is None]
+    return pytest.mark.skipif(
+        bool(missing), reason=f"not installed: {', '.join(missing)}; pip install groovecheck[workflow]"
+    )
+
+
 @pytest.mark.slow
-@pytest.mark.skipif(
-    importlib.util.find_spec("snakemake") is None and shutil.which("snakemake") is None,
-    reason="snakemake is not installed: pip install groovecheck[workflow]",
-)
+@installed("snakemake", "snakemake_executor_plugin_cluster_generic")
+def test_jobs_that_a_queue_starts_give_what_a_run_gives(tmp_path):
+    """Every unit a job script of its own that a submit command takes, as a cluster's does; this one starts them."""
+    queue = tmp_path / "submit"
+    queue.write_text('#!/bin/sh\nsh "$1" > "$1.log" 2>&1 &\necho $!\n')
+    queue.chmod(0o700)
+    executor = ("--executor", "cluster-generic", "--cluster-generic-submit-cmd", str(queue), "--jobs", "2")
+    flow, plain = same.run("rounded_groove", "quick", tmp_path, executor)
+    assert same.differences(flow, plain, "rounded_groove") == ([], 3)
+
+
+@pytest.mark.slow
+@installed("snakemake", "snakemake_executor_plugin_slurm")
+def test_the_profile_for_slurm_is_understood(tmp_path):
+    """As far as it goes without a cluster: the plan is made and every job has partition, time, memory and one core."""
+    profile, config = ROOT / "workflow" / "profiles" / "slurm", f"command={sys.executable} -m compare.cli"
+    words = ["-s", str(SNAKEFILE), "--workflow-profile", str(profile), "--dry-run", "--directory", str(tmp_path)]
+    words += ["--config", "scenes=rounded_groove", "budget=quick", f"out={tmp_path / 'out'}", config]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-m", "snakemake", *words]
+    run = subprocess.run(command, env=environment, capture_output=True, text=True)
+    said = run.stdout + run.stderr
+    assert run.returncode == 0, said
+    assert said.count("rule unit:") == said.count("slurm_partition=NAME, runtime=120, cpus_per_task=1") - 2 == 3
+    assert not (tmp_path / "out" / "results").exists()
+
+
+@pytest.mark.slow
+@installed("snakemake")
 def test_the_workflow_gives_what_a_run_gives_number_for_number(tmp_path):
     """Snakemake on two cores and a plain run of the same quick ladder, both from nothing: equal but for times."""
     flow, plain = same.run("cantilever_plain_patch", "quick", tmp_path)

@@ -50,6 +50,7 @@ from ancf.sharing import possible, sharing
 from ancf.supports import free_edges
 from ancf.system import System, dividing, expected_memory
 from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of, rim_of
+from ancf.wall import KINDS
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Rim, Shots
 from compare.scene import AncfLevel, Scene
@@ -108,6 +109,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         "elements": len(model.mesh.connectivity),
         "distinct_elements": model.body.shapes,
         "layer_vectors": int((model.mesh.kinds == KIND).sum()),
+        "wall_vectors": int(np.isin(model.mesh.kinds, KINDS).sum()),
     }
     return Result(
         **_header(scene, level),

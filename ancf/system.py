@@ -166,8 +166,8 @@ class System:
     @cached_property
     def _faces(self) -> Assembly:
         """Sums over the faces of all elements, in the order of the mesh."""
-        mesh, assembly = self.body.mesh, self.assembly
-        return on_pattern(mesh.connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
+        assembly = self.assembly
+        return on_pattern(self.pressures[0].connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -258,7 +258,7 @@ def body(
         elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
     else:
         fewer = integrands(tuple(count - 1 for count in points)) if volumetric == REDUCED else None
-        elements = (_hyperelastic(groups[0], mesh, material, volumetric, fewer),)
+        elements = tuple(_hyperelastic(group, mesh, material, volumetric, fewer) for group in groups)
     scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
     volume = float(np.array([part.volume.sum() for part in parts])[shared.form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
@@ -278,12 +278,16 @@ def dividing(mesh: Mesh, bands: Sequence[Feature], thickness: float, free: Seque
 
 class _Group(NamedTuple):
     """Elements of equally many functions in their order: Integrand of each form, and by element form (e,),
-    connectivity (e, i) in the order of its form, and signs (e, i): see `ancf.image`."""
+    connectivity (e, i) in the order of its form, and signs (e, i): see `ancf.image`.
+
+    own (g,): which of all forms these are.
+    """
 
     parts: list[Integrand]
     form_of: np.ndarray
     connectivity: np.ndarray
     signs: np.ndarray
+    own: np.ndarray
 
 
 def _part(
@@ -301,8 +305,8 @@ def _group(mesh: Mesh, parts: Sequence[Integrand], shared: Sharing, own: np.ndar
     members = members[element_order(shared.form_of[members], shared.image_of[members])]
     connectivity = np.stack([shared.vectors(mesh, e) for e in members])
     signs = np.stack([shared.signs(e, connectivity.shape[1]) for e in members])
-    form_of = (np.cumsum(own) - 1)[shared.form_of[members]]
-    return _Group([parts[g] for g in np.flatnonzero(own)], form_of, connectivity, signs)
+    form_of, kept = (np.cumsum(own) - 1)[shared.form_of[members]], np.flatnonzero(own)
+    return _Group([parts[g] for g in kept], form_of, connectivity, signs, kept)
 
 
 def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
@@ -318,7 +322,7 @@ def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwi
 def _hyperelastic(
     group: _Group, mesh: Mesh, material: MooneyRivlin, volumetric: str, fewer: Sequence[Integrand] | None
 ) -> HyperelasticElements | SplitElements:
-    """Elements of Mooney-Rivlin material. fewer: integrands of the reduced volumetric energy."""
+    """Elements of Mooney-Rivlin material. fewer: integrands of all forms for the reduced volumetric energy."""
     from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form  # and numba, for rubber alone
 
     shear = SHEAR if mesh.shape.shear is not None and volumetric == RELAXED else 1.0
@@ -330,7 +334,7 @@ def _hyperelastic(
     if fewer is None:
         return elements(material, group.parts)
     isochoric, only_volume = replace(material, bulk=0.0), replace(material, mu10=0.0, mu01=0.0)
-    return SplitElements(elements(isochoric, group.parts), elements(only_volume, fewer))
+    return SplitElements(elements(isochoric, group.parts), elements(only_volume, [fewer[g] for g in group.own]))
 
 
 def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str]) -> None:
@@ -357,7 +361,7 @@ def _pre_integrated(group: _Group, material: SaintVenantKirchhoff, vectors: np.n
 
 def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
-    parts, form_of, connectivity, signs = group
+    parts, form_of, connectivity, signs, _ = group
     values = np.stack([mass(part, density) for part in parts])[form_of] * signs[:, :, None] * signs[:, None, :]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
@@ -401,6 +405,8 @@ def system(
         "r_z": thickness / 2,
         "d_e": thickness / 2,
         "d_l": thickness / 2,
+        "r_w": 1.0,
+        "d_w": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
     values = _on_pattern(plate.mass, sums)

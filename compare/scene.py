@@ -231,6 +231,8 @@ class AncfLevel(Part):
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain. On grid lines
     that are walls of grooves it may take functions that fade out from them.
+    walls: whether elements that a groove or a protrusion crosses may kink where its floor or top begins and ends; each
+    such line brings two vectors on every grid line that crosses it.
     volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
     "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
     bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;
@@ -246,6 +248,7 @@ class AncfLevel(Part):
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
+    walls: bool = False
     volumetric: Literal["relaxed", "reduced", "full"] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None

@@ -132,6 +132,8 @@ def _material(scene: Scene) -> Iterator[str]:
 def _elements(scene: Scene) -> Iterator[str]:
     """What levels state that the material has no use for, or no scheme."""
     for key, level in _levels(scene):
+        if getattr(level, "walls", False) and level.enrich is not None:
+            yield f"{key}.walls = true: elements have wall functions or layers (enrich), not both; leave one out"
         stated = getattr(level, "volumetric", None)
         if scene.material.kind == "svk":
             if stated is not None:

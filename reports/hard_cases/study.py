@@ -26,6 +26,7 @@ CHAPTERS: tuple[str, ...] = (
     "grooves",
     "benchmarks",
     "shells",
+    "skew",
     "frequencies",
     "motion",
     "paths",

@@ -109,7 +109,7 @@ def _footprint(result: Result, scene) -> dict[str, Any]:
     (along, radius), _ = section_curve(scene.surface, y)
     around = (np.pi - x) * (radius + z)
     pressed, near = result.contact.pressure > 0, np.flatnonzero(np.pi - x < FOOT)
-    few = near[:: max(1, len(near) // DOTS)]
+    few = np.random.default_rng(0).permutation(near)[:DOTS]
     return {
         "length": float(2 * around[pressed].max(initial=0.0)),
         "width": float(2 * along[pressed].max(initial=0.0)),

@@ -131,7 +131,11 @@ def test_the_comparison_would_have_told(tmp_path):
     results = [np.array([1.0, 2.0]), np.nextafter([1.0, 2.0], 3.0)]
     for out, displacement, status in zip(outs, results, ("ok", "failed"), strict=True):
         (out / "results").mkdir(parents=True)
-        header = {"status": status, "seconds": out.name, "facts": {"beside": out.name, "volume": 1.0}}
+        header = {
+            "status": status,
+            "seconds": out.name,
+            "facts": {"beside": out.name, "mesh_seconds": out.name, "volume": 1.0},
+        }
         np.savez(out / "results" / "a.npz", header=np.array(json.dumps(header)), displacement=displacement)
         (out / "s.json").write_text(json.dumps({"rows": [{"value": 1.0, "wall_seconds": out.name}]}))
     assert same.differences(*outs, "s") == (["a.npz: displacement", "a.npz: status"], 1)

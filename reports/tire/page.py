@@ -11,7 +11,7 @@ from compare.plots import Series, history_plot, log_plot, map_plot
 from compare.report import Block, Bullets, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.hard_cases.chapter import Outcome
-from reports.tire import limits, rolling, standing
+from reports.tire import limits, rolling, standing, treads
 from reports.tire.scenes import stated as scene_words
 
 TITLE = "Tire on the ground"
@@ -49,6 +49,7 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
         *_stiffness(found["pressed"]),
         *(standing.figures(found["standing"]) if "standing" in found else ()),
         *(rolling.figures(found["rolling"]) if "rolling" in found else ()),
+        *(treads.figures(found["treads"]) if "treads" in found else ()),
         _hard(found["hard"]),
     ]
 
@@ -282,6 +283,8 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
         made.append(standing.section(found["standing"]))
     if "rolling" in found:
         made.append(rolling.section(found["rolling"]))
+    if "treads" in found:
+        made.append(treads.section(found["treads"]))
     made += [
         Section("pressed", "Held by its rim, inflated, loaded", _pressed(found["pressed"]), "Axle load"),
         Section("saved", "What was left out, and what that saved", _saved(found["saved"]), "Left out"),

@@ -23,7 +23,7 @@ def test_a_tread_between_the_shoulders_leaves_the_sidewalls_alone():
     assert load(standing.SCENE).override(changes).grooves[0].edges[0] == 0.0
 
 
-@pytest.mark.parametrize("kind", ["rib", "traction"])
+@pytest.mark.parametrize("kind", ["rib", pytest.param("traction", marks=pytest.mark.slow)])
 def test_both_solvers_cut_as_much_from_the_tire(kind):
     found = treads.wrapped(kind)
     assert found["differ"] < treads.BAR

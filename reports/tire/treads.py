@@ -28,9 +28,7 @@ BAR = 1.0  # %: the section's own curve is followed to 0.5 % by so few elements
 def stated(kind: str) -> dict[str, Any]:
     """Changes of a tire's scene that put a tread on its crown."""
     pattern = {"rib": {"ribs": 5}, "block": {"ribs": 5}, "smooth": {"void": 0.04}}.get(kind, {})
-    if (
-        kind == "smooth"
-    ):  # its one groove lies near an edge of the pattern: beside the centre for the half that is there
+    if kind == "smooth":  # its one groove lies near an edge of the pattern, which the half that is there must have
         pattern["across"] = [0.0, CROWN]
     tread = {"kind": kind, "face": "top", "depth": 0.06, "void": 0.25, "pitches": PITCHES, "across": [-CROWN, CROWN]}
     return PLAIN | {"tread": tread | pattern}

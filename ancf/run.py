@@ -46,9 +46,11 @@ from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import GeometryError
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.sharing import possible, sharing
 from ancf.supports import free_edges
-from ancf.system import System, distinct, expected_memory
+from ancf.system import System, dividing, expected_memory
 from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of, rim_of
+from ancf.wall import KINDS
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Rim, Shots
 from compare.scene import AncfLevel, Scene
@@ -56,6 +58,7 @@ from compare.scene import AncfLevel, Scene
 if TYPE_CHECKING:
     from ancf import contact
     from ancf.border import BorderedSolver
+    from ancf.outline import Facets
 
 SOLVER = "ancf"
 GEOMETRY_FAILED = "geometry_failed"
@@ -106,6 +109,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         "elements": len(model.mesh.connectivity),
         "distinct_elements": model.body.shapes,
         "layer_vectors": int((model.mesh.kinds == KIND).sum()),
+        "wall_vectors": int(np.isin(model.mesh.kinds, KINDS).sum()),
     }
     return Result(
         **_header(scene, level),
@@ -234,7 +238,15 @@ def _outline(
         modes=np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None,
         path=np.array(path, np.float32) if path else None,
         path_index=np.array(shots.index) if path else None,
+        stress=_stress(scene, model, surface, q) if scene.surface_stress else None,
     )
+
+
+def _stress(scene: Scene, model: Model, surface: Facets, q: np.ndarray) -> np.ndarray:
+    """Von Mises stress (n,) at the surface's points."""
+    from ancf.stress import von_mises
+
+    return von_mises(model.mesh, surface, q.reshape(-1, 3), material_of(scene))
 
 
 def _message(history: History) -> str:
@@ -401,7 +413,9 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     if rim is not None:
         held = held | rim.held
     spared = 0 if rim is None else rim.spared
-    unknowns, first = int((~held).sum()) - spared, distinct(mesh, bands_of(scene), free_edges(mesh, held))[1]
+    unknowns, free = int((~held).sum()) - spared, free_edges(mesh, held)
+    divided = dividing(mesh, bands_of(scene), scene.thickness, free)
+    first = sharing(mesh, divided, free, possible(mesh, level.points)).first
     modelled, left_out = words(scene, level)
     return {
         "unknowns": unknowns,

@@ -28,6 +28,7 @@ from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outli
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import RELAXED, Body, System, body, system
 from ancf.volume_ratio import VolumeRatio, volume_ratio
+from ancf.wall import with_walls
 from compare.scene import AncfLevel, Scene
 from compare.scene import Feature as SceneFeature
 
@@ -90,7 +91,8 @@ def material_of(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
 
 def mesh_of(scene: Scene, level: AncfLevel) -> Mesh:
     surface = _surface(scene)
-    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
+    mesh = grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
+    return with_walls(mesh, bands_of(scene)) if level.walls else mesh
 
 
 def _surface(scene: Scene) -> Surface | Revolved | None:

@@ -28,6 +28,7 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
     if level.enrich is not None:
         modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
+    modelled += ["kinks where the floors of grooves begin and end inside elements"] if level.walls else []
     stated = {
         "grooves": scene.grooves,
         "protrusions": scene.protrusions,

@@ -34,6 +34,7 @@ class Outline:
     (k, n, 3): shapes of vibration, each scaled to the largest displacement 1; displacement is then zero.
     triangles (m, 3) indices of points, edges (k, 2) indices of points: lines of the mesh to draw.
     path (s, n, 3): displacement in m at the outputs path_index (s,), a few on the way to the last one.
+    stress (n,): von Mises stress in Pa at the last output, where the scene asks for it.
     """
 
     points: np.ndarray
@@ -43,6 +44,7 @@ class Outline:
     modes: np.ndarray | None = None
     path: np.ndarray | None = None
     path_index: np.ndarray | None = None
+    stress: np.ndarray | None = None
 
 
 @dataclass
@@ -165,7 +167,7 @@ def _meters(place: list[float]) -> str:
 ARRAYS = ("times", "probe_position", "displacement")
 OPTIONAL = ("frequencies", "load_parameter", "volume_ratio")
 PARTS = {
-    "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index")),
+    "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index", "stress")),
     "contact": (Contact, ("force", "area", "points", "share", "pressure")),
     "rim": (Rim, ("displacement", "force", "moment")),
 }

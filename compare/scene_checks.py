@@ -42,7 +42,7 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from askew or symmetry_problems(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
-    checks = (_material, _elements, _supports, _obstacles)
+    checks = (_material, _elements, _supports, _obstacles, _stress)
     checks += timed if scene.analysis.kind != "modes" else (_timeless,)
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
@@ -132,6 +132,8 @@ def _material(scene: Scene) -> Iterator[str]:
 def _elements(scene: Scene) -> Iterator[str]:
     """What levels state that the material has no use for, or no scheme."""
     for key, level in _levels(scene):
+        if getattr(level, "walls", False) and level.enrich is not None:
+            yield f"{key}.walls = true: elements have wall functions or layers (enrich), not both; leave one out"
         stated = getattr(level, "volumetric", None)
         if scene.material.kind == "svk":
             if stated is not None:
@@ -312,6 +314,13 @@ def _path(scene: Scene) -> Iterator[str]:
             yield f"loads.{i}.follower = True: an arc length follows dead loads only; state analysis.follow = 'load'"
     if not any(len({factor for _, factor in load.history}) > 1 for load in scene.loads):
         yield f"{key}: no load grows with the load parameter; state the history of one, [[0, 0], [1, 1]]"
+
+
+def _stress(scene: Scene) -> Iterator[str]:
+    if scene.surface_stress and scene.analysis.kind == "modes":
+        yield "surface_stress = True: a mode has no size and so no stress; leave this out"
+    if scene.surface_stress and scene.material.kind != "svk":
+        yield f"surface_stress = True: told for material.kind = 'svk' only, not for {scene.material.kind!r}"
 
 
 def _bent(key: str, history: History, until: float) -> Iterator[str]:

@@ -26,7 +26,7 @@ import resource
 import sys
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -97,6 +97,8 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         newton_iterations=model.memory.iterations,
         outline=_outline(model.solid, history.last, shots=history.shots),
     )
+    if scene.surface_stress:
+        found["outline"] = replace(found["outline"], stress=_stress(scene, model, history.last))
     if model.slopes:
         found["volume_ratio"] = np.array(history.volume_ratio).reshape(-1, len(model.slopes))
     if model.system.rim is not None:
@@ -315,6 +317,13 @@ def _outline(
     if shots is not None and shots.states:
         path, index = np.array([state[nodes] for state in shots.states], np.float32), np.array(shots.index)
     return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes, path, index)
+
+
+def _stress(scene: Scene, model: Model, displacement: np.ndarray) -> np.ndarray:
+    """Von Mises stress (n,) at the nodes of the surface."""
+    from reference_fe.stress import von_mises
+
+    return von_mises(model.solid, displacement, material_of(scene))[surface_triangles(model.solid)[0]]
 
 
 def _peak_mb() -> float:

@@ -50,11 +50,12 @@ def test_the_princeton_beams_bend_one_way_as_the_elastica():
 def test_every_run_states_a_scene_and_a_level():
     for run in RUNS:
         SCENES[run.name](**run.about)
-        (AncfLevel if run.solver == "ancf" else ReferenceLevel)(**run.level)
+        if run.solver != "bricks":
+            (AncfLevel if run.solver == "ancf" else ReferenceLevel)(**run.level)
 
 
 def test_every_benchmark_is_run_by_both_solvers_and_from_the_quick_budget_on():
-    both = {(run.name, run.solver) for run in RUNS}
+    both = {(run.name, run.solver) for run in RUNS if run.solver != "bricks"}
     assert both == {(name, solver) for name in SCENES for solver in ("ancf", "reference")}
     assert {run.name for run in RUNS if run.budget == "quick"} == set(SCENES)
 

@@ -36,13 +36,19 @@ def sphere(outer: float, stretch: float) -> Scene:
     return _blown(surface, outer - INNER, law, supports, ("bottom", pressure), 0.0)
 
 
-def cook_rubber() -> Scene:
-    """Cook's membrane of neo-Hooke material in plane strain, mm and N, thickness 1, force 1 (deal.II's gallery)."""
+def cook_rubber(faces: str) -> Scene:
+    """Cook's membrane of neo-Hooke material, mm and N, thickness 1, force 1.
+
+    faces: "held" (plane strain, as deal.II's gallery describes it) or "free" (a sheet, as its program solves it).
+    """
     corners = [[[0.0, 0.0, 0.0], [0.0, 44.0, 0.0]], [[48.0, 44.0, 0.0], [48.0, 60.0, 0.0]]]
     surface = {"kind": "nurbs", "degree": [1, 1], "knots": [[0, 0, 1, 1]] * 2, "control_points": corners}
-    supports = [{"kind": "clamp", "edge": "x0"}, {"kind": "hold", "whole": True, "components": ["Z"]}]
+    flat = [{"kind": "hold", "whole": True, "components": ["Z"]}] if faces == "held" else []
     load = {"kind": "edge", "edge": "x1", "force": [0.0, 1.0, 0.0]}
-    return _scene("Cook's membrane of rubber", surface, 1.0, COOK, supports, load, {"middle": (1.0, 0.5, 0.0)})
+    probes = {"corner": (1.0, 1.0, 0.0), "middle": (1.0, 0.5, 0.0)}
+    return _scene(
+        "Cook's membrane of rubber", surface, 1.0, COOK, [{"kind": "clamp", "edge": "x0"}, *flat], load, probes
+    )
 
 
 def _symmetry(edge: str, normal: str) -> dict:

@@ -37,12 +37,18 @@ def _solid(budget: str, name: str, size: float, step: float = 1.0, **about: Any)
     return Run(budget, name, "reference", about, {"size": size, "time_step": step})
 
 
+def _bricks(budget: str, elements: int, degree: int, law: str, **about: Any) -> Run:
+    """A run of bricks that stand for a published program."""
+    return Run(budget, "cook_rubber", "bricks", about, {"elements": elements, "degree": degree, "law": law})
+
+
 STRESS, STRAIN, NEARLY = (
     {"plane": "stress", "nu": 1 / 3},
     {"plane": "strain", "nu": 1 / 3},
     {"plane": "strain", "nu": 0.4999},
 )
 THIN, THICK, BALL = ({"outer": b, "stretch": x} for b, x in ((1.1, 1.5), (2.0, 1.5), (1.1, 1.25)))
+HELD, LOOSE = {"faces": "held"}, {"faces": "free"}
 ANGLES = tuple(tables.PRINCETON_TIP)
 OF_BOTH = ((8.896, 0), (8.896, 45), (8.896, 90), (13.345, 45))  # forces and angles of the reference
 RUNS = (
@@ -84,10 +90,17 @@ RUNS = (
     _plate("standard", "sphere", "enriched", (8, 8), 0.1, **BALL),
     _plate("standard", "sphere", "conforming", (8, 8), 0.1, **BALL),
     _solid("standard", "sphere", 0.1, 0.1, **BALL),
-    _plate("quick", "cook_rubber", "enriched", (4, 4), 0.1),
-    _plate("standard", "cook_rubber", "enriched", (16, 16), 0.1),
-    _solid("quick", "cook_rubber", 4.0, 0.1),
-    _solid("full", "cook_rubber", 2.0, 0.1),
+    _plate("quick", "cook_rubber", "enriched", (4, 4), 0.1, **HELD),
+    _plate("standard", "cook_rubber", "enriched", (16, 16), 0.1, **HELD),
+    _solid("quick", "cook_rubber", 4.0, 0.1, **HELD),
+    _solid("full", "cook_rubber", 2.0, 0.1, **HELD),
+    _plate("quick", "cook_rubber", "enriched", (4, 4), 0.1, **LOOSE),
+    _plate("standard", "cook_rubber", "enriched", (16, 16), 0.1, **LOOSE),
+    *(_bricks("quick", n, degree, "gallery", **LOOSE) for degree in (1, 2) for n in (1, 2, 4)),
+    *(_bricks("standard", 8, degree, "gallery", **LOOSE) for degree in (1, 2)),
+    *(_bricks("full", 16, degree, "gallery", **LOOSE) for degree in (1, 2)),
+    _bricks("standard", 8, 2, "ours", **HELD),
+    _bricks("full", 16, 2, "ours", **HELD),
 )
 
 
@@ -126,6 +139,8 @@ class Answer:
         """The level in words."""
         if self.solver == "ancf":
             return f"{self.element} {self.level['mesh'][0]}x{self.level['mesh'][1]}"
+        if self.solver == "bricks":
+            return f"Q{self.level['degree']} {self.level['elements']}x{self.level['elements']}"
         return f"h = {self.level['size']:g}"
 
     def at(self, probe: str, component: str, stage: int | None = None) -> float | None:

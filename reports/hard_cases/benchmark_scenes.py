@@ -135,7 +135,14 @@ SCENES: dict[str, Callable[..., Scene]] = {
 
 
 def run(benchmark: str, solver: str, about: dict[str, Any], level: dict[str, Any]) -> dict[str, Any]:
-    """Status of a benchmark at one level, and by probe its displacement, [stage][X, Y, Z], and where it began."""
+    """Status of a benchmark at one level, and by probe its displacement, [stage][X, Y, Z], and where it began.
+
+    solver: "ancf", "reference", or "bricks" of Cook's membrane of rubber.
+    """
+    if solver == "bricks":
+        from reports.hard_cases.cook_bricks import solve as solve_bricks
+
+        return solve_bricks(**about, **level)
     question = SCENES[benchmark](**about)
     if solver == "ancf":
         from ancf.run import solve

@@ -9,7 +9,7 @@ READY := $(VENV)/.ready
 LIBRARIES := libGLU.so.1 libGL.so.1 libEGL.so.1 libXrender.so.1 libXcursor.so.1 libXft.so.2 libXinerama.so.1 libgomp.so.1
 PACKAGES := libglu1-mesa libgl1 libegl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1
 
-.PHONY: help setup system browser cantilever bench hard-cases integration plate-drop tire test test-slow check lint clean
+.PHONY: help setup system browser cantilever bench hard-cases integration plate-drop tire same test test-slow check lint clean
 
 help: ## show this list
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*##/\t/' | expand -t 14
@@ -44,7 +44,7 @@ browser:
 	fi
 
 cantilever: setup ## the cantilever table and its page; BUDGET=quick|standard|full
-	$(BIN)/groovecheck run cantilever --budget $(BUDGET)
+	$(BIN)/groovecheck run cantilever --budget $(BUDGET) $(if $(filter quick,$(BUDGET)),,--timed)
 
 bench: setup ## what both solvers cost, reports/build/speed.html; BUDGET=quick|standard|full
 	$(BIN)/python -m reports.speed --budget $(BUDGET)
@@ -60,6 +60,10 @@ plate-drop: setup ## the grooved plate on the ground, reports/build/plate_drop.h
 
 tire: setup ## the tire with four grooves on the ground, reports/build/tire.html; BUDGET=quick|standard|full
 	$(BIN)/python -m reports.tire --budget $(BUDGET)
+
+same: setup ## the cantilever through Snakemake equals a plain run, bit for bit; BUDGET=quick|standard|full
+	$(BIN)/python -c 'import snakemake' 2>/dev/null || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'snakemake>=9'
+	$(BIN)/python workflow/same.py cantilever $(BUDGET)
 
 check: setup ## compare fresh quick runs of the cantilever and of the hard cases with the accepted tables
 	$(BIN)/groovecheck check cantilever --fresh

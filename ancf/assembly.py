@@ -82,10 +82,12 @@ class Assembly:
 
     def vector(self, force: np.ndarray) -> np.ndarray:
         """Sum of element vectors (e, i, 3) by component (3 v,)."""
-        components = [
-            np.bincount(self.connectivity.ravel(), force[..., a].ravel(), len(self.unknown_of) // 3) for a in range(3)
-        ]
-        return np.stack(components, axis=1).ravel()
+        return np.bincount(self._components, force.ravel(), len(self.unknown_of))
+
+    @cached_property
+    def _components(self) -> np.ndarray:
+        """Component (e i 3,) of each entry of element vectors."""
+        return (3 * self.connectivity[..., None] + np.arange(3)).ravel()
 
     def matrix(self, spans) -> np.ndarray:
         """Values (nnz,) of the sum of packed element tangents, span by span."""

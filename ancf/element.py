@@ -15,7 +15,7 @@ Members of the family may add strains of their own that cost the quadratic form 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.polynomial.legendre import legvander2d
@@ -70,6 +70,11 @@ def integrand(
     M = enhanced_strains(shape, rule, cell, inverse, volume, free) if enhanced else np.zeros((len(volume), 3, 3, 0))
     s, t = (points[:, :2] * 2 / size - 1).T
     return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]))
+
+
+def signed(part: Integrand, signs: np.ndarray) -> Integrand:
+    """The integrand of an element whose nodal vectors times signs (i,) are those of `part`; see `ancf.image`."""
+    return replace(part, S=part.S * signs, G=part.G * signs[:, None]) if np.any(signs < 0) else part
 
 
 def strain(Q: np.ndarray, G: np.ndarray, factors: np.ndarray = ONE) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from ancf.band import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Cell, Interval, section_depth, section_shape
 from ancf.cut import relation
+from ancf.image import Image
 from ancf.nurbs import GeometryError, curve_derivatives
 from ancf.outlined import Outlined
 
@@ -106,27 +108,36 @@ def _own_lines(band: Feature, axis: int) -> list[float]:
     return list(band.limits(axis))
 
 
-def key(cell: Cell, band: Feature) -> tuple:
-    """What a cell sees of a band."""
+def key(cell: Cell, band: Feature, image: Image | None = None) -> tuple:
+    """What a cell, or its image, sees of a band; only bands of constant depth have images."""
     if isinstance(band, Outlined):
         (x0, x1), (y0, y1) = cell
         return band.face, band.sign, band.shape((x0, y0), max(x1 - x0, y1 - y0))
-    return band.face, band.sign, band.along, section_shape(band.section), _seen(cell, band, 0), _seen(cell, band, 1)
+    seen, along = (_seen(cell, band, 0), _seen(cell, band, 1)), band.along
+    if image is not None:
+        seen, along = image.ranges(seen), 1 - along if image.swaps else along
+    rounded = ((round(low, 11), round(high, 11)) for low, high in seen)
+    return band.face, band.sign, along, section_shape(band.section), *rounded
 
 
-def _seen(cell: Cell, band: Band, axis: int) -> tuple[float, float]:
+def has_images(band: Feature) -> bool:
+    """Whether `key` knows what an image of a cell sees of the band."""
+    return isinstance(band, Band) and not band.is_curved
+
+
+def _seen(cell: Cell, band: Band, axis: int) -> Interval:
     """A band's limits in units of the cell, clipped to it unless they place a curved section."""
     low, high = cell[axis]
-    limits = [(limit - low) / (high - low) for limit in band.limits(axis)]
-    if not (band.is_curved and axis == band.across):
-        limits = [min(max(limit, 0.0), 1.0) for limit in limits]
-    return round(limits[0], 11), round(limits[1], 11)
+    first, last = ((limit - low) / (high - low) for limit in band.limits(axis))
+    if band.is_curved and axis == band.across:
+        return first, last
+    return min(max(first, 0.0), 1.0), min(max(last, 0.0), 1.0)
 
 
 def scale(cell: Cell, bands: Sequence[Feature]) -> float:
     """Largest finite coordinate: what round-off is measured against."""
     values = [*cell[0], *cell[1], *(v for band in bands for axis in (0, 1) for v in band.limits(axis))]
-    return max(abs(value) for value in values if np.isfinite(value))
+    return max(abs(value) for value in values if math.isfinite(value))
 
 
 def _within(values: np.ndarray, limits: Interval) -> np.ndarray:

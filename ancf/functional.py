@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from ancf.element import integrand
 from ancf.mesh import Mesh
-from ancf.quadrature import NO_PROMISE, Rule, gauss, onto_cell, tensor
+from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
 from ancf.subdomain import Feature, division_of_side, element_rule, thickness_range, through_thickness
 
 POINTS = (5, 5, 3)
@@ -34,11 +34,11 @@ def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.cs
     ends = np.arange(len(points) + 1) * columns.shape[1]
     rows = sp.csr_matrix((np.concatenate(values), columns.ravel(), ends), shape=(len(points), len(mesh.vectors)))
     for e in np.intersect1d(elements, list(mesh.special)):
-        rows += _layer_rows(mesh, e, elements == e, points)
+        rows += _special_rows(mesh, e, elements == e, points)
     return rows
 
 
-def _layer_rows(mesh: Mesh, e: int, own: np.ndarray, points: np.ndarray) -> sp.csr_matrix:
+def _special_rows(mesh: Mesh, e: int, own: np.ndarray, points: np.ndarray) -> sp.csr_matrix:
     """What the functions that a special element has besides the mesh's shape add at its own points."""
     (x0, x1), (y0, y1) = mesh.cells[e]
     shape, vectors = mesh.special[e]
@@ -117,7 +117,7 @@ def pressure_on_face(mesh: Mesh, thickness: float, face: int) -> np.ndarray:
     row, rule = np.zeros((len(mesh.vectors), 3)), tensor(gauss(POINTS[0]), gauss(POINTS[1]))
     for e, cell in enumerate(mesh.cells):
         (x0, x1), (y0, y1) = cell
-        own = onto_cell(rule, cell)
+        own = join(*(onto_cell(rule, part) for part in mesh.parts(e)))
         points = np.column_stack([own.points - (x0, y0), np.full(len(own.weights), face * thickness / 2)])
         shape, vectors = mesh.element(e)
         S, S_p = shape.evaluate(points, (x1 - x0, y1 - y0))
@@ -141,7 +141,7 @@ def _face_rule(cell, bands, thickness: float, axis: int, at: float, levels: Sequ
 def _volume_row(mesh: Mesh, e: int, rule: Rule) -> tuple[np.ndarray, float]:
     """Integral of the shape functions of element e by volume as a row (v,), and the volume."""
     shape, vectors = mesh.element(e)
-    part = integrand(shape, rule, mesh.cells[e], mesh.vectors[vectors])
+    part = integrand(shape, rule, mesh.cells[e], mesh.vectors[vectors], enhanced=False)
     row = np.zeros(len(mesh.vectors))
     row[vectors] = part.volume @ part.S
     return row, float(part.volume.sum())

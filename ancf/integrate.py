@@ -40,6 +40,7 @@ from ancf.system import EPSILON, System
 
 if TYPE_CHECKING:
     from ancf import contact
+    from ancf.rim import Rim
 
 SMALLEST_CUT = 2.0**-6
 PATIENCE = 10  # iterations: a fresh factor of the symmetric tangent makes the energy-momentum scheme little faster
@@ -75,7 +76,8 @@ SCHEMES = {
 
 
 class State(NamedTuple):
-    """Time (s), components q, v, a (3 v,), unbalanced force f - F (u,), work of the loads so far (J), what touches.
+    """Time (s), components q, v, a (3 v,), unbalanced force f - F (u,), work of the loads so far (J), what touches,
+    and the forces (3 v,) that keep a rim's stated motion.
 
     Behind an energy-momentum step a and the force are their means over the step. The force has the contact's in it.
     """
@@ -87,6 +89,7 @@ class State(NamedTuple):
     force: np.ndarray
     work: float
     touches: tuple[contact.Touch, ...] = ()
+    pull: np.ndarray | None = None
 
 
 class Step(NamedTuple):
@@ -101,13 +104,17 @@ class Step(NamedTuple):
 
 def initial_state(system: System, solver: LinearSolver, q: np.ndarray, v: np.ndarray) -> State:
     """State at t = 0 with accelerations from M a = F(0) - f(q). Raises SingularMatrix without mass."""
-    force, touches = system.force_internal(q) - system.force_external(0.0) - system.force_following(q, 0.0), ()
+    total, touches = system.internal_total(q) - _loads(system, q, 0.0), ()
     if system.contact is not None:
         meeting = system.contact.at_end(q, system.contact.untouched(), v, 0.0, 0.0)
-        force, touches = force - meeting.force_contact(q)[system.assembly.free], meeting.touched(q)
-    a = np.zeros_like(q)
-    a[system.assembly.free] = solver.factorise(system.mass_values)(-force)
-    return State(0.0, q, v, a, force, 0.0, touches)
+        total, touches = total - meeting.force_contact(q), meeting.touched(q)
+    force, a, pull = system.on_unknowns(total), np.zeros_like(q), None
+    if system.rim is not None:
+        a = system.rim.motion(0.0).a
+    a[system.assembly.free] += solver.factorise(system.mass_values)(-force - system.inertia(a))
+    if system.rim is not None:
+        pull = total + system.inertia_total(a)
+    return State(0.0, q, v, a, force, 0.0, touches, pull)
 
 
 def step(
@@ -125,6 +132,10 @@ def step(
     t, dead = state.t + dt, system.force_external(state.t + dt)
     inertial = (1 - alpha_m) / (beta * dt**2)
     drift = state.q + dt * state.v + dt**2 * (0.5 - beta) * state.a
+    coast = state.v + dt * (1 - gamma) * state.a  # the velocity is coast + dt gamma a1
+    if system.rim is not None:
+        more = _stated(system.rim, scheme, state.t, dt)
+        drift, coast = drift + more[0], coast + more[1]
     force, floor = state.force, _floor(system, state.q, inertial)
 
     def acceleration(q: np.ndarray) -> np.ndarray:
@@ -142,18 +153,29 @@ def step(
         return inertial * system.mass_values + (1 - alpha_f) * system.tangent_loaded(q, t, more)
 
     problem, guess, meeting = Problem(balance, jacobian), drift + beta * dt**2 * state.a, None
+    begin = state.q
+    if system.rim is not None:
+        guess, begin = (system.rim.placed(q, system.rim.motion(t).q) for q in (guess, begin))
     if system.contact is not None:
         rate = gamma / (beta * dt)
-        base = state.v + dt * (1 - gamma) * state.a - rate * drift
-        meeting = system.contact.at_end(state.q, state.touches, base, rate, dt)
+        meeting = system.contact.at_end(state.q, state.touches, coast - rate * drift, rate, dt)
         touching = with_contact(system, problem, meeting, 1 - alpha_f)
-        found = _touching(system, solver, guess, state.q, touching, factor)
+        found = _touching(system, solver, guess, begin, touching, factor)
     else:
         found = correct(system, solver, guess, problem, factor, reuse=True)
         if found.status != OK:
-            found = plus(found, correct_from_afar(system, solver, state.q, problem))
+            found = plus(found, correct_from_afar(system, solver, begin, problem))
     a = acceleration(found.q)
-    return _taken(system, state, dt, found, state.v + dt * ((1 - gamma) * state.a + gamma * a), a, force, meeting)
+    return _taken(system, state, dt, found, coast + dt * gamma * a, a, force, meeting)
+
+
+def _stated(rim: Rim, scheme: Scheme, t: float, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """What a step's drift and coast (3 v,) lack so that a rim's stated motion has its own velocity and acceleration at
+    the end, not those that the scheme makes of its places; zero elsewhere, and where its velocity is constant."""
+    before, after = rim.motion(t), rim.motion(t + dt)
+    mean = (0.5 - scheme.beta) * before.a + scheme.beta * after.a
+    change = dt * ((1 - scheme.gamma) * before.a + scheme.gamma * after.a)
+    return after.q - before.q - dt * before.v - dt**2 * mean, after.v - before.v - change
 
 
 def _conserving_step(system: System, solver: LinearSolver, state: State, dt: float, factor: Factor | None) -> Step:
@@ -217,11 +239,15 @@ def _taken(
         return Step(state, found.status, found.iterations, found.factorisations, None)
     t = state.t + dt
     loads = (_loads(system, state.q, state.t) + _loads(system, found.q, t)) / 2
-    work, touches = state.work + float(loads @ (found.q - state.q)), ()
+    work, touches, pull = state.work + float(loads @ (found.q - state.q)), (), None
+    pressing = 0.0 if meeting is None else meeting.force_contact(found.q)
     if meeting is not None:
         touches = meeting.touched(found.q)
-        force = force - meeting.force_contact(found.q)[system.assembly.free]
-    after = State(t, found.q, v, a, force, work, touches)
+        force = force - system.on_unknowns(pressing)
+    if system.rim is not None:
+        pull = system.internal_total(found.q) - _loads(system, found.q, t) + system.inertia_total(a) - pressing
+        work += system.rim.work(state.t, t, state.pull, pull)
+    after = State(t, found.q, v, a, force, work, touches, pull)
     return Step(after, OK, found.iterations, found.factorisations, found.factor)
 
 

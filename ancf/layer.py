@@ -99,6 +99,10 @@ class Layered:
         """Where the functions have a kink."""
         return sorted({through.floor for _, through in self.own})
 
+    def lines(self, axis: int) -> list[float]:
+        """Where they have a kink along x or y: nowhere."""
+        return []
+
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
         """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b)."""
         base, N, N_p = self.base.evaluate(points, size), {}, {}
@@ -167,7 +171,7 @@ def wall_strips(mesh: Mesh, thickness: float) -> list[Band]:
     """Bands of no height along walls, which divide the elements there where the functions that fade out end."""
     found = {}
     for e, (shape, _) in mesh.special.items():
-        for i, through in shape.own:
+        for i, through in shape.own if isinstance(shape, Layered) else ():
             if through.decay:
                 across, side = through.across, shape.base.starts[i][through.across]
                 ends = mesh.cells[e][across]
@@ -216,30 +220,19 @@ def _reaches(cell, bands: Sequence[Feature], thickness: float, through: Through)
 
 
 def _numbered(mesh: Mesh, vectors: Sequence[LayerVector], after: np.ndarray, places) -> Mesh:
-    base = len(mesh.vectors)
-    order = np.argsort(np.concatenate([np.arange(base), after + 0.5]), kind="stable")
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    number_of = dict(zip(vectors, number[base:].tolist(), strict=True))
+    wider, numbers = mesh.extended(after, (KIND,), mesh.parameters[after])
+    number_of = dict(zip(vectors, numbers.ravel().tolist(), strict=True))
     own: dict[int, list] = {}
     for e, i, vector in places:
         own.setdefault(e, []).append((i, vector))
-    connectivity = number[mesh.connectivity]
     special = {
         e: Special(
             Layered(mesh.shape, tuple((i, vector.through) for i, vector in some)),
-            np.concatenate([connectivity[e], [number_of[vector] for _, vector in some]]),
+            np.concatenate([wider.connectivity[e], [number_of[vector] for _, vector in some]]),
         )
         for e, some in own.items()
     }
-    return replace(
-        mesh,
-        vectors=np.concatenate([mesh.vectors, np.zeros((len(vectors), 3))])[order],
-        connectivity=connectivity,
-        kinds=np.concatenate([mesh.kinds, np.full(len(vectors), KIND, dtype=mesh.kinds.dtype)])[order],
-        parameters=np.concatenate([mesh.parameters, mesh.parameters[after]])[order],
-        special=special,
-    )
+    return replace(wider, special=special)
 
 
 def only(mesh: Mesh, worth: np.ndarray) -> Mesh:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -58,8 +59,12 @@ class EdgeMoment:
 
 def factor_at(history: tuple[tuple[float, float], ...], t: float) -> float:
     """Factor of a history at time t; before the first and after the last point it keeps their values."""
-    times, values = zip(*history, strict=True)
-    return float(np.interp(t, times, values))
+    if t <= history[0][0]:
+        return history[0][1]
+    for (t0, before), (t1, after) in pairwise(history):
+        if t <= t1:
+            return before + (t - t0) / (t1 - t0) * (after - before)
+    return history[-1][1]
 
 
 def brought_up(load: Any, t: float) -> Any:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -53,6 +55,34 @@ class Mesh:
     def levels(self, e: int) -> list[float]:
         """Levels of z at which the functions of an element have a kink."""
         return self.special[e].shape.levels if e in self.special else []
+
+    def parts(self, e: int) -> list[Cell]:
+        """The parts of an element's cell inside which its functions have no kink along x or y."""
+        cell = self.cells[e]
+        if e not in self.special:
+            return [cell]
+        kinks = (self.special[e].shape.lines(axis) for axis in (0, 1))
+        x, y = ([low, *(low + at for at in lines), high] for (low, high), lines in zip(cell, kinks, strict=True))
+        return [(along, across) for along in pairwise(x) for across in pairwise(y)]
+
+    def extended(self, after: np.ndarray, kinds: Sequence[str], parameters: np.ndarray) -> tuple[Mesh, np.ndarray]:
+        """The mesh with further nodal vectors, zero in the reference shape, and their numbers (n, k).
+
+        For each of the vectors `after` (n,) one of each of the `kinds` (k,), numbered behind it, at parameters (n, 2).
+        """
+        base, more, count = len(self.vectors), len(after) * len(kinds), len(kinds)
+        order = np.argsort(np.concatenate([np.arange(base), np.repeat(after, count) + 0.5]), kind="stable")
+        number = np.empty_like(order)
+        number[order] = np.arange(len(order))
+        names = np.tile(np.array(kinds, dtype=self.kinds.dtype), len(after))
+        wider = replace(
+            self,
+            vectors=np.concatenate([self.vectors, np.zeros((more, 3))])[order],
+            connectivity=number[self.connectivity],
+            kinds=np.concatenate([self.kinds, names])[order],
+            parameters=np.concatenate([self.parameters, np.repeat(parameters, count, axis=0)])[order],
+        )
+        return wider, number[base:].reshape(-1, count)
 
     @cached_property
     def cells(self) -> list[Cell]:

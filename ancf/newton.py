@@ -209,11 +209,10 @@ def with_contact(
 
     relative: size of a residual beside the contact's forces that counts as none.
     """
-    free = system.assembly.free
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
         residual, tolerance = problem.balance(q, more)
-        force = share * step.force_contact(q)[free]
+        force = share * system.on_unknowns(step.force_contact(q))
         least = relative * system.norm(force) + share * step.round_off(q)
         return Balance(residual + force, max(tolerance, least))
 
@@ -290,8 +289,8 @@ def _search(system: System, q: np.ndarray, change: np.ndarray, residual: np.ndar
 
 
 class Path(NamedTuple):
-    """Equilibrium reached at the load parameter t: q (3 v,), work of the loads (J), status, steps, iterations, and
-    the state of what touches."""
+    """Equilibrium reached at the load parameter t: q (3 v,), work (J) of the loads and of a rim's stated motion,
+    status, steps, iterations, the state of what touches, and the forces (3 v,) that keep a rim's motion."""
 
     t: float
     q: np.ndarray
@@ -300,6 +299,7 @@ class Path(NamedTuple):
     steps: int
     iterations: int
     touches: tuple[contact.Touch, ...] = ()
+    pull: np.ndarray | None = None
 
 
 def equilibrium(
@@ -310,36 +310,42 @@ def equilibrium(
     until: float,
     step: float,
     touches: tuple[contact.Touch, ...] = (),
+    pull: np.ndarray | None = None,
 ) -> Path:
-    """Follow the static equilibrium from q at t, with what touches there, to `until` by load steps.
+    """Follow the static equilibrium from q at t, with what touches and pulls there, to `until` by load steps.
 
     A step that fails is halved, down to SMALLEST_CUT of the given one; after a success it doubles
     again up to that. The status is that of the last failure where the path could not be followed. Where loads change
     one iteration is made at least: one below round-off of the internal force still has its displacement.
     """
-    cut, work, steps, iterations = 1.0, 0.0, 0, 0
+    cut, work, steps, iterations, meeting = 1.0, 0.0, 0, 0, None
     while t < until - 1e-12 * step:
         target = min(t + cut * step, until)
         target = until if until - target < 1e-9 * step else target
         before = system.loads_total(t) + system.following_total(q, t)
         after = system.loads_total(target) + system.following_total(q, target)
         problem, least = _statics(system, target), int(np.any(before != after))
+        start = q if system.rim is None else system.rim.placed(q, system.rim.motion(target).q)
         if system.contact is None:
-            found = correct(system, solver, q, problem, least=least)
+            found = correct(system, solver, start, problem, least=least)
         else:
             meeting = system.contact.at_rest(q, touches)
-            found = correct_searching(system, solver, q, with_contact(system, problem, meeting), least=least)
+            found = correct_searching(system, solver, start, with_contact(system, problem, meeting), least=least)
         iterations += found.iterations
         if found.status == OK:
-            loads = before + system.loads_total(target) + system.following_total(found.q, target)
-            work += float(loads @ (found.q - q)) / 2
+            acting = system.loads_total(target) + system.following_total(found.q, target)
+            work += float((before + acting) @ (found.q - q)) / 2
+            if system.rim is not None:
+                old, pull = pull, system.internal_total(found.q) - acting
+                pull -= 0.0 if meeting is None else meeting.force_contact(found.q)
+                work += system.rim.work(t, target, old, pull)
             touches = touches if system.contact is None else meeting.touched(found.q)
             t, q, steps, cut = target, found.q, steps + 1, min(1.0, 2 * cut)
         elif cut > SMALLEST_CUT:
             cut /= 2
         else:
-            return Path(t, q, work, found.status, steps, iterations, touches)
-    return Path(until, q, work, OK, steps, iterations, touches)
+            return Path(t, q, work, found.status, steps, iterations, touches, pull)
+    return Path(until, q, work, OK, steps, iterations, touches, pull)
 
 
 def _statics(system: System, t: float) -> Problem:
@@ -354,6 +360,7 @@ def _statics(system: System, t: float) -> Problem:
 
 def static_balance(system: System, loads: np.ndarray, q: np.ndarray) -> Balance:
     """F - f(q) of the loads F (3 v,)."""
-    external, internal = loads[system.assembly.free], system.force_internal(q)
-    size = max(system.norm(external), system.norm(internal))
+    total = system.internal_total(q)
+    external, internal = system.on_unknowns(loads), system.on_unknowns(total)
+    size = max(system.norm(external), system.norm(internal), 0.0 if system.rim is None else system.rim.size(total))
     return Balance(external - internal, max(TOLERANCE * size, system.force_floor(q)))

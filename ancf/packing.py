@@ -13,7 +13,7 @@ from functools import lru_cache
 
 import numpy as np
 
-PORTION = 64
+PORTION = 128
 SPAN = 1024
 DIRECTIONS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
@@ -47,9 +47,9 @@ def pairs(n: int) -> Pairs:
     return Pairs(first, second, of, weight, crossed, moving, int((moving < crossed).sum()))
 
 
-def element_order(form_of: np.ndarray) -> np.ndarray:
-    """Permutation (e,) that puts equal forms side by side within each span of SPAN elements."""
-    return np.lexsort((form_of, np.arange(len(form_of)) // SPAN))
+def element_order(form_of: np.ndarray, image_of: np.ndarray) -> np.ndarray:
+    """Permutation (e,) that puts equal forms side by side within each span of SPAN elements, and equal images of it."""
+    return np.lexsort((image_of, form_of, np.arange(len(form_of)) // SPAN))
 
 
 def packing(n: int) -> tuple[np.ndarray, np.ndarray, int]:

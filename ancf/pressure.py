@@ -22,7 +22,7 @@ import numpy as np
 from ancf.loads import factor_at
 from ancf.mesh import Mesh
 from ancf.packing import SPAN, pairs
-from ancf.quadrature import gauss, tensor
+from ancf.quadrature import gauss, join, onto_cell, tensor
 
 POINTS = 5  # each way: degree 9, which a flat face of cubics needs
 DIGITS = 11
@@ -92,20 +92,31 @@ class FollowerPressure:
 def follower_pressure(
     mesh: Mesh, thickness: float, face: int, pressure: float, history: Sequence[tuple[float, float]]
 ) -> FollowerPressure:
-    """The pressure on the face z = face thickness / 2 of a mesh whose special elements have no function there."""
+    """The pressure on the face z = face thickness / 2, on which no element has layer functions.
+
+    Elements that have fewer functions than others are filled up: their first vector, times zero.
+    """
+    elements = [mesh.element(e) for e in range(len(mesh.cells))]
+    most = max(len(vectors) for _, vectors in elements)
+    connectivity = np.stack([np.append(v, np.full(most - len(v), v[0])) for _, v in elements])
     sizes = np.array([[x1 - x0, y1 - y0] for (x0, x1), (y0, y1) in mesh.cells])
     rounded = np.round(sizes / sizes.max(), DIGITS)
-    _, first, face_of = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
-    faces = tuple(_face(mesh, tuple(sizes[e]), face * thickness / 2) for e in first)
-    return FollowerPressure(face, pressure, tuple(history), mesh.connectivity, faces, face_of.ravel())
+    number: dict = {}
+    keys = [(*row, shape) for row, (shape, _) in zip(rounded.tolist(), elements, strict=True)]
+    face_of = np.array([number.setdefault(key, len(number)) for key in keys])
+    first = np.unique(face_of, return_index=True)[1]
+    faces = tuple(_face(mesh, e, face * thickness / 2, most) for e in first)
+    return FollowerPressure(face, pressure, tuple(history), connectivity, faces, face_of)
 
 
-def _face(mesh: Mesh, size: tuple[float, float], z: float) -> Face:
-    rule = tensor(gauss(POINTS), gauss(POINTS))
-    points = np.column_stack([(rule.points + 1) / 2 * size, np.full(len(rule.weights), z)])
-    S, S_p = mesh.shape.evaluate(points, size)
-    weights, pair = rule.weights * size[0] * size[1] / 4, pairs(S.shape[1])
+def _face(mesh: Mesh, e: int, z: float, most: int) -> Face:
+    (x0, x1), (y0, y1) = mesh.cells[e]
+    rule = join(*(onto_cell(tensor(gauss(POINTS), gauss(POINTS)), part) for part in mesh.parts(e)))
+    points = np.column_stack([rule.points - (x0, y0), np.full(len(rule.weights), z)])
+    S, S_p = mesh.element(e).shape.evaluate(points, (x1 - x0, y1 - y0))
+    fill = ((0, 0), (0, most - S.shape[1]))
+    S, S_x, S_y = (np.pad(values, fill) for values in (S, S_p[..., 0], S_p[..., 1]))
+    weights, pair = rule.weights, pairs(most)
     i, k = pair.first[: pair.crossed], pair.second[: pair.crossed]
-    S_x, S_y = S_p[..., 0], S_p[..., 1]
     by = [(weights[:, None] * (S[:, i] * d[:, k] - S[:, k] * d[:, i]) / 2).T for d in (S_x, S_y)]
     return Face(S, S_x, S_y, weights, *by)

@@ -27,15 +27,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ancf.element import Integrand, Terms
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
 
+FEW = 3
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
@@ -62,40 +65,64 @@ def quadratic_form(
     positions: which of them are positions (their functions sum to one); 0 is one of them.
     """
     n = parts.G.shape[1]
-    pair = pairs(n)
+    pair, (straight, swapped) = pairs(n), _exchanged(n)
     A = _integrate(parts, material, pair)
-    i, k = pair.first[:, None], pair.second[:, None]
-    straight = A[pair.of[i, pair.first], pair.of[k, pair.second]]
-    swapped = A[pair.of[i, pair.second], pair.of[k, pair.first]]
-    rows, odd_rows = pair.moving, pair.moving[: pair.moving_crossed]
-    weight = pair.weight[rows, None]
+    weight = pair.weight[pair.moving, None]
+    straight, swapped = A.take(straight), A.take(swapped)
+    odd = (straight - swapped)[: pair.moving_crossed, : pair.crossed]
+    straight += swapped
+    straight *= weight / 2
+    odd *= 0.5
     Q = from_first_node(vectors[None], positions)[0]
     return QuadraticForm(
-        D0=np.einsum("ma,ma->m", Q[pair.first[rows]], Q[pair.second[rows]]),
-        stress=weight * A[rows],
-        symmetric=weight * (straight + swapped)[rows] / 2,
-        antisymmetric=(straight - swapped)[odd_rows, : pair.crossed] / 2,
+        D0=np.einsum("ma,ma->m", Q[pair.first[pair.moving]], Q[pair.second[pair.moving]]),
+        stress=weight * A[pair.moving],
+        symmetric=straight,
+        antisymmetric=odd,
     )
+
+
+@lru_cache(maxsize=8)
+def _exchanged(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Places in A of A_ijkn and A_inkj (m1, m) for the pairs (i, k), rows without function 0, and (j, n)."""
+    pair = pairs(n)
+    i, k, m = pair.first[pair.moving, None], pair.second[pair.moving, None], len(pair.first)
+    one, other = pair.of[i, pair.first], pair.of[i, pair.second]
+    return one * m + pair.of[k, pair.second], other * m + pair.of[k, pair.first]
 
 
 def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) -> np.ndarray:
     """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.enhanced`) and C = L L^T,
 
-    A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV).
+    A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV), rows by component and point.
     """
-    first, second = parts.G[:, pair.first], parts.G[:, pair.second]
-    E = np.stack([(first[..., p] * second[..., r] + first[..., r] * second[..., p]) / 2 for p, r in VOIGT], axis=1)
     C = material.tangent(np.zeros((3, 3)))
-    both = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
-    C_voigt = np.array([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]) * both * both[:, None]
-    L_t = np.linalg.cholesky(C_voigt).T * np.sqrt(parts.volume)[:, None, None]
-    X = (L_t @ E).reshape(6 * len(E), -1)
-    LM = (L_t @ np.stack([parts.M[:, p, r] for p, r in VOIGT], axis=1)).reshape(len(X), -1)
+    L_t = np.linalg.cholesky([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]).T
+    X = _rows(L_t, _strain_of_pairs(parts, pair))
     A = X.T @ X
-    if LM.shape[1]:
-        Y = np.linalg.solve(np.linalg.cholesky(LM.T @ LM), LM.T @ X)
+    if parts.M.shape[-1]:
+        M = np.stack([parts.M[:, p, r] * (1.0 if p == r else 2.0) for p, r in VOIGT])
+        LM = _rows(L_t, M * np.sqrt(parts.volume)[:, None])
+        Y, _ = lapack.dtrtrs(np.linalg.cholesky(LM.T @ LM), LM.T @ X, lower=1)
         A -= Y.T @ Y
     return A
+
+
+def _rows(L_t: np.ndarray, strain: np.ndarray) -> np.ndarray:
+    """L^T E (6 q, m) of strains (6, q, m)."""
+    return (L_t @ strain.reshape(6, -1)).reshape(-1, strain.shape[2])
+
+
+def _strain_of_pairs(parts: Integrand, pair: Pairs) -> np.ndarray:
+    """E_pr sqrt(dV) (6, q, m), symmetrised in each pair, E_pr + E_rp for p < r."""
+    G = np.ascontiguousarray((parts.G * parts.volume[:, None, None] ** 0.25).transpose(2, 0, 1))
+    first, second = G.take(pair.first, axis=2), G.take(pair.second, axis=2)
+    E, beside = np.empty((6, *first.shape[1:])), np.empty(first.shape[1:])
+    np.multiply(first, second, out=E[:3])
+    for (p, r), own in zip(VOIGT[3:], E[3:], strict=True):
+        np.multiply(first[p], second[r], out=own)
+        own += np.multiply(first[r], second[p], out=beside)
+    return E
 
 
 def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:
@@ -124,7 +151,8 @@ def _runs(form_of: np.ndarray) -> list[tuple[slice, slice]]:
 class Product(NamedTuple):
     """out = vectors tensors of one run: views of a portion's work arrays, made once.
 
-    A shared form: (rows, m), (m, n), (rows, n). A form each: (g, rows, m), (g, m, n), (g, rows, n).
+    A shared form: (rows, m), (m, n), (rows, n), or (m,), (m, n), (n,) of one row. A form each: (g, rows, m), (g, m, n),
+    (g, rows, n).
     """
 
     vectors: np.ndarray
@@ -137,14 +165,44 @@ class Product(NamedTuple):
 
 
 def _products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray):
-    """Product of each run for out (e, ..., n) = vectors (e, ..., m) times the element's tensor of tensors (g, m, n)."""
+    """Products of all runs for out (e, ..., n) = vectors (e, ..., m) times the element's tensor of tensors (g, m, n).
+
+    Up to FEW rows that share a form are computed one by one: BLAS first copies a matrix for its product with another
+    one, which takes as long as multiplying it with three vectors.
+    """
     _, m, n = tensors.shape
     products = []
     for e, forms in runs:
-        shared = (-1,) if forms.stop - forms.start == 1 else (forms.stop - forms.start, -1)
-        own = tensors[forms.start] if len(shared) == 1 else tensors[forms]
-        products.append(Product(vectors[e].reshape(*shared, m), own, out[e].reshape(*shared, n)))
+        count = forms.stop - forms.start
+        shared = (-1,) if count == 1 else (count, -1)
+        own = tensors[forms.start] if count == 1 else tensors[forms]
+        left, right = vectors[e].reshape(*shared, m), out[e].reshape(*shared, n)
+        if count == 1 and len(left) <= FEW:
+            products += [Product(row, own, result) for row, result in zip(left, right, strict=True)]
+        else:
+            products.append(Product(left, own, right))
     return products
+
+
+class Flipped(NamedTuple):
+    """A run of a portion's elements that are images of their form with other signs: those of the entries of packed
+    tangents, upper (6 x 136,) and lower (3 x 120,)."""
+
+    e: slice
+    upper: np.ndarray
+    lower: np.ndarray
+
+
+def _flipped(signs: np.ndarray) -> list[Flipped]:
+    """Runs of elements with signs (e, i) of which some are negative, in order."""
+    pair, runs = pairs(signs.shape[1]), []
+    starts = np.flatnonzero(np.r_[True, (np.diff(signs, axis=0) != 0).any(axis=1)]).tolist()
+    for start, stop in pairwise([*starts, len(signs)]):
+        own = signs[start]
+        if own.min() < 0:
+            of_pairs = own[pair.first] * own[pair.second]
+            runs.append(Flipped(slice(start, stop), np.tile(of_pairs, 6), np.tile(of_pairs[: pair.crossed], 3)))
+    return runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +210,8 @@ class Portion:
     """Elements `e` that are computed together: D0 (e, 120), work arrays, and the products that fill them.
 
     stress: D to P. tangent: even and odd to their parts of the tangent. packed: tangents of the whole span;
-    upper (e, 6, 136) and lower (e, 3, 120) are this portion's part.
+    upper (e, 6, 136) and lower (e, 3, 120) are this portion's part. flipped: the runs of elements that have other
+    signs than their form; signs (e, i, 1): of all, where there are any.
     """
 
     e: slice
@@ -163,6 +222,8 @@ class Portion:
     packed: np.ndarray
     upper: np.ndarray
     lower: np.ndarray
+    flipped: list[Flipped]
+    signs: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,8 +231,9 @@ class QuadraticElements:
     """Elements evaluated through their quadratic forms, in portions that fit the cache.
 
     D0, stress, symmetric, antisymmetric: those of each distinct QuadraticForm, stacked (g, ...);
-    form_of (e,): the form of each element, in the order of `element_order`. positions: as in
-    `quadratic_form`. The work arrays are reused from call to call: an instance is not for two threads.
+    form_of (e,): the form of each element, in the order of `element_order`. signs (e, i): what its nodal vectors are
+    multiplied by to become those of its form (`ancf.image`). positions: as in `quadratic_form`. The work arrays are
+    reused from call to call: an instance is not for two threads.
     """
 
     D0: np.ndarray
@@ -179,8 +241,13 @@ class QuadraticElements:
     symmetric: np.ndarray
     antisymmetric: np.ndarray
     form_of: np.ndarray
-    functions: int
+    signs: np.ndarray
     positions: tuple[int, ...]
+
+    @property
+    def functions(self) -> int:
+        """Number of functions of an element."""
+        return self.signs.shape[1]
 
     def energy(self, Q: np.ndarray) -> float:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
@@ -188,8 +255,8 @@ class QuadraticElements:
         total = 0.0
         for portion in self._portions:
             self._stress(Q, portion)
-            strain, P = portion.work["D"], portion.work["P"][:, pair.moving]
-            total += 0.5 * float(np.einsum("em,em,m->", strain, P, pair.weight[pair.moving]))
+            P = portion.work["P"].take(pair.moving, axis=1)
+            total += 0.5 * float(np.vdot(portion.work["D"] * pair.weight[pair.moving], P))
         return total
 
     def force(self, Q: np.ndarray, more: Terms = ()) -> np.ndarray:
@@ -205,7 +272,9 @@ class QuadraticElements:
             self._stress(Q, portion, more)
             work = portion.work
             P = work["P"].take(of, axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
-            np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
+            own = np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
+            if portion.flipped:
+                own *= portion.signs
         return force
 
     def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
@@ -220,16 +289,23 @@ class QuadraticElements:
         """Fill Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
         n, pair, work = self.functions, pairs(self.functions), portion.work
         own, D, gram = work["Q"], work["D"], work["gram"]
-        np.copyto(own, Q[portion.e])
-        own[:, self.positions] -= own[:, self.positions[:1]]
+        self._own(Q, portion, own)
         np.matmul(own, own.swapaxes(1, 2), out=gram)
         for c, X in more:
-            other = from_first_node(X[portion.e], self.positions)
+            other = self._own(X, portion, np.empty_like(own))
             gram += c * (other @ other.swapaxes(1, 2))
         gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
         D -= portion.D0
         for product in portion.stress:
             product.compute()
+
+    def _own(self, Q: np.ndarray, portion: Portion, out: np.ndarray) -> np.ndarray:
+        """Fill out with a portion's nodal vectors as their forms know them, from the first node."""
+        np.copyto(out, Q[portion.e])
+        out[:, self._places] -= out[:, :1]
+        if portion.flipped:
+            out *= portion.signs
+        return out
 
     def _tangent(self, portion: Portion) -> None:
         """Fill the packed tangents of one portion from its Q and P; D is overwritten."""
@@ -252,6 +328,15 @@ class QuadraticElements:
         upper[:, :3] += work["P"][:, None]
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
+        for run in portion.flipped:
+            for part, signs in ((upper, run.upper), (lower, run.lower)):
+                own = part[run.e].reshape(-1, len(signs))  # a view: long rows are faster
+                own *= signs
+
+    @cached_property
+    def _places(self) -> slice:
+        """The positions, which lie equally far apart and begin with 0."""
+        return slice(0, self.positions[-1] + 1, self.positions[1])
 
     @cached_property
     def _portions(self) -> list[Portion]:
@@ -273,7 +358,9 @@ class QuadraticElements:
             stress = _products(runs, arrays["D"], self.stress, arrays["P"])
             tangent = _products(runs, arrays["even"], self.symmetric, upper)
             tangent += _products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
-            portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, span, upper, lower))
+            signs = self.signs[e]
+            parts = span, upper, lower, _flipped(signs), signs[..., None]
+            portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, *parts))
         return portions
 
 

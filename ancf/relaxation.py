@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancf.rubber import AB, cofactors, compiled, factors
+from ancf.rubber import AB, cofactors, compiled, factors, inlined
 
 MOST = 25  # iterations
 CLOSE = 1e-7  # change of e whose square no longer counts
@@ -64,7 +64,7 @@ def relax(law, C, volume, b):
             own[2, q] = own[2, q] + 2.0 * e[q] if found else np.nan
 
 
-@compiled
+@inlined
 def normal_stress(law, C, rest, e, S, D, floor):
     """Fill S = S33, D = dS33/dE33 and the least change of e that one iteration may make, each (q,)."""
     mu10, mu01, bulk = law
@@ -79,7 +79,7 @@ def normal_stress(law, C, rest, e, S, D, floor):
         floor[q] = (LEAST - 1.0) / 2.0 / inverse
 
 
-@compiled
+@inlined
 def balance(volume, b, e, S, D, H, right):
     """Fill H (4, 4), its lower triangle, and the right side (4,) of the equations for beta."""
     H[:], right[:] = 0.0, 0.0
@@ -92,7 +92,7 @@ def balance(volume, b, e, S, D, H, right):
                 H[k, l] += b[k, q] * b[l, q] * weight
 
 
-@compiled
+@inlined
 def factorise(H):
     """Replace the lower triangle of H (4, 4) by L D L^T: D on the diagonal, L below; D may have any sign."""
     for k in range(4):
@@ -105,7 +105,7 @@ def factorise(H):
             H[k, l] = scaled
 
 
-@compiled
+@inlined
 def solve(H, right):
     """Replace right (4,) by the solution, H factorised."""
     for k in range(4):
@@ -149,7 +149,7 @@ def add_low_rank(H, L, upper, lower):
                         lower[e, d - 3, begin + k] += product(X, k, Z, i)
 
 
-@compiled
+@inlined
 def product(X, i, Z, k):
     """Sum of X_li Z_lk over the four l."""
     return X[0, i] * Z[0, k] + X[1, i] * Z[1, k] + X[2, i] * Z[2, k] + X[3, i] * Z[3, k]

@@ -21,6 +21,8 @@ OF = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # place of (p, r) in VOIGT
 AB = np.array(DIRECTIONS)
 FAST = {"reassoc", "contract", "nsz"}  # may regroup sums; NaN and infinity keep their meaning
 compiled = njit(cache=True, fastmath=FAST, error_model="numpy")
+# What a kernel calls: left apart, it may be linked in another version than the cache holds, of other rounding.
+inlined = njit(cache=True, fastmath=FAST, error_model="numpy", forceinline=True)
 
 
 @compiled
@@ -34,7 +36,7 @@ def add_cauchy_green(F, factor, C):
                 C[e, m, q] += factor * product
 
 
-@compiled
+@inlined
 def cofactors(C, q, K):
     """Fill K (6,) with the cofactors of C (6, q) at a point; returns I1, I2 and det C = J^2."""
     C11, C22, C33, C23, C13, C12 = C[0, q], C[1, q], C[2, q], C[3, q], C[4, q], C[5, q]
@@ -43,7 +45,7 @@ def cofactors(C, q, K):
     return C11 + C22 + C33, K[0] + K[1] + K[2], C11 * K[0] + C12 * K[5] + C13 * K[4]
 
 
-@compiled
+@inlined
 def factors(mu10, mu01, bulk, I1, I2, square):
     """J, f1, f2, s and c of `material.MooneyRivlin`; not a number where square, det C, is negative."""
     J = np.sqrt(square)
@@ -67,7 +69,7 @@ def energy(law, C, volume):
     return total
 
 
-@compiled
+@inlined
 def stress_at(C, q, K, I1, f1, f2, inverse, shear, S):
     """Fill S (6,) at a point, its transverse shears times `shear`; K: cofactors, inverse = s / det C."""
     for m in range(6):
@@ -78,7 +80,7 @@ def stress_at(C, q, K, I1, f1, f2, inverse, shear, S):
     S[4] *= shear
 
 
-@compiled
+@inlined
 def pushed(F, q, S, weight, T):
     """Fill T_ap (3, 3, q) = F_ar S_rp weight at a point."""
     for a in range(3):
@@ -101,7 +103,7 @@ def stresses(law, shear, F, C, volume, T):
             pushed(F[e], q, S, volume[q], T[e])
 
 
-@compiled
+@inlined
 def moduli_at(C, q, K, I1, f1, f2, s, c, square, shear, M):
     """Fill M (6, 6) with dS/dE at a point, rows and columns of transverse shears times `shear`."""
     half = np.empty(6)
@@ -126,7 +128,7 @@ def moduli_at(C, q, K, I1, f1, f2, s, c, square, shear, M):
             M[m, n] = M[n, m] = value
 
 
-@compiled
+@inlined
 def elasticity_at(F, q, S, M, weight, even, odd):
     """Fill A of `elasticity` at a point."""
     FM = np.empty((3, 3, 6))

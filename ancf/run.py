@@ -17,6 +17,8 @@ Readings chosen here
   energy-momentum scheme forces are means over a step, and what a result says of them is that of the last one.
 - Modes are small vibrations about the undeformed plate. Rigid motions that the supports leave free are counted,
   not listed.
+- A rim holds what a tangential clamp of its edges would; its translation is the mean of their positions. Its stated
+  motion enters with its own velocity and acceleration; what keeps it is the residual there at each output.
 - BLAS runs on one thread while a solve lasts: the products are small, and on cores that have other work
   the threads of one product wait for each other (a 0.5 s solve took 16 s). Solve several scenes at once
   in processes instead.
@@ -44,15 +46,19 @@ from ancf.newton import OK, SINGULAR, equilibrium
 from ancf.nurbs import GeometryError
 from ancf.outline import facets, rows
 from ancf.path import Point, follow
+from ancf.sharing import possible, sharing
 from ancf.supports import free_edges
-from ancf.system import System, distinct, expected_memory
-from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of
+from ancf.system import System, dividing, expected_memory
+from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of, rim_of
+from ancf.wall import KINDS
 from ancf.words import words
-from compare.result import Contact, Outline, Result, Shots
+from compare.result import Contact, Outline, Result, Rim, Shots
 from compare.scene import AncfLevel, Scene
 
 if TYPE_CHECKING:
     from ancf import contact
+    from ancf.border import BorderedSolver
+    from ancf.outline import Facets
 
 SOLVER = "ancf"
 GEOMETRY_FAILED = "geometry_failed"
@@ -79,6 +85,7 @@ class History:
     factorisations: int = 0
     status: str = OK
     shots: Shots = field(default_factory=Shots)
+    rim: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list)
 
 
 @BLAS.wrap(limits=1, user_api="blas")
@@ -102,6 +109,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
         "elements": len(model.mesh.connectivity),
         "distinct_elements": model.body.shapes,
         "layer_vectors": int((model.mesh.kinds == KIND).sum()),
+        "wall_vectors": int(np.isin(model.mesh.kinds, KINDS).sum()),
     }
     return Result(
         **_header(scene, level),
@@ -130,6 +138,8 @@ def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> 
         outline=_outline(scene, model, q, shots=history.shots),
         load_parameter=np.array(history.load_parameter) if scene.analysis.follow == "arc-length" else None,
     )
+    if scene.rim is not None:
+        found["rim"] = Rim(*np.array(history.rim).reshape(-1, 3, 3).swapaxes(0, 1))
     if model.ratios:
         found["volume_ratio"] = np.array(history.volume_ratio).reshape(-1, len(model.ratios))
     if scene.obstacles:
@@ -228,7 +238,15 @@ def _outline(
         modes=np.array([mode / np.linalg.norm(mode, axis=1).max() for mode in modes]) if modes else None,
         path=np.array(path, np.float32) if path else None,
         path_index=np.array(shots.index) if path else None,
+        stress=_stress(scene, model, surface, q) if scene.surface_stress else None,
     )
+
+
+def _stress(scene: Scene, model: Model, surface: Facets, q: np.ndarray) -> np.ndarray:
+    """Von Mises stress (n,) at the surface's points."""
+    from ancf.stress import von_mises
+
+    return von_mises(model.mesh, surface, q.reshape(-1, 3), material_of(scene))
 
 
 def _message(history: History) -> str:
@@ -246,21 +264,31 @@ def _output_times(scene: Scene) -> np.ndarray:
 
 def _statics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """What acts at t = 0 is first brought up from nothing, then the path follows the histories."""
-    history, q, work, touches = History(), model.mesh.vectors.ravel().copy(), 0.0, _untouched(model)
-    solver, times = LinearSolver(model.system.assembly.pattern), _output_times(scene)
+    history, q, work, touches, pull = History(), model.mesh.vectors.ravel().copy(), 0.0, _untouched(model), None
+    solver, times = _solver(model.system), _output_times(scene)
     paths = [_bringing_up(scene, level, model)]
     paths += [(model.system, t0, t1, level.time_step) for t0, t1 in pairwise(times)]
     for t, (loaded, t0, t1, step) in zip(times, paths, strict=True):
-        path = equilibrium(loaded, solver, q, t0, t1, step, touches)
+        path = equilibrium(loaded, solver, q, t0, t1, step, touches, pull)
         history.steps += path.steps
         history.iterations += path.iterations
         history.factorisations += path.iterations
         history.status, q, work, touches = path.status, path.q, work + path.work, path.touches
+        pull = path.pull
         if path.status != OK:
             break
-        _record(history, model, float(t), q, np.zeros_like(q), work, touches)
+        _record(history, model, float(t), q, np.zeros_like(q), work, touches, pull)
         _tell(progress, t / times[-1])
     return history, q
+
+
+def _solver(acting: System) -> LinearSolver | BorderedSolver:
+    """For the system's tangents, with a border where a rim is free."""
+    if acting.rim is None or not acting.rim.free:
+        return LinearSolver(acting.assembly.pattern)
+    from ancf.border import bordered
+
+    return bordered(acting)
 
 
 def _untouched(model: Model) -> tuple[contact.Touch, ...]:
@@ -275,13 +303,16 @@ def _bringing_up(scene: Scene, level: AncfLevel, model: Model) -> tuple[System, 
     kinds = "loads", "moments", "pressures"
     ramps = {kind: tuple(brought_up(load, 0.0) for load in getattr(acting, kind)) for kind in kinds}
     acts = any(load.factor(1.0) for loads in ramps.values() for load in loads)
+    if acting.rim is not None:
+        ramps["rim"] = brought_up(acting.rim, 0.0)
+        acts = acts or bool(ramps["rim"].factor(1.0) and ramps["rim"].displacement.any())
     step = level.time_step / scene.analysis.until if acts else 1.0
     return replace(acting, **ramps), 0.0, float(acts or acting.contact is not None), step
 
 
 def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     """Statics by arc length, behind the loads that act at t = 0; every point is an output."""
-    history, solver = History(), LinearSolver(model.system.assembly.pattern)
+    history, solver = History(), _solver(model.system)
     ramp, t0, t1, step = _bringing_up(scene, level, model)
     begun = equilibrium(ramp, solver, model.mesh.vectors.ravel().copy(), t0, t1, step)
     points = [Point(0.0, 0.0, begun.q, 0.0, begun.status, begun.iterations)]
@@ -302,7 +333,7 @@ def _path(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> t
 
 def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[History, np.ndarray]:
     q = model.mesh.vectors.ravel().copy()
-    acting, solver = model.system, LinearSolver(model.system.assembly.pattern)
+    acting, solver = model.system, _solver(model.system)
     history = History()
     try:
         state = initial_state(acting, solver, q, initial_velocity(scene, model))
@@ -310,7 +341,7 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
         history.status = SINGULAR
         return history, q
     times, scheme, factor = _output_times(scene), SCHEMES[level.integrator], None
-    _record(history, model, 0.0, state.q, state.v, 0.0, state.touches)
+    _record(history, model, 0.0, state.q, state.v, 0.0, state.touches, state.pull)
     dt = times[1] / np.ceil(times[1] / level.time_step - 1e-9)
     for t1 in times[1:]:
         motion = advance(acting, solver, scheme, state, float(t1), dt, factor)
@@ -321,7 +352,7 @@ def _dynamics(scene: Scene, level: AncfLevel, model: Model, progress: Progress) 
         history.status = motion.status
         if motion.status != OK:
             break
-        _record(history, model, float(t1), state.q, state.v, state.work, state.touches)
+        _record(history, model, float(t1), state.q, state.v, state.work, state.touches, state.pull)
         if scene.obstacles and _lost(history) > LOST:
             history.status = LOST_ENERGY
             break
@@ -337,7 +368,9 @@ def _record(
     v: np.ndarray,
     work: float,
     touches: tuple[contact.Touch, ...] = (),
+    pull: np.ndarray | None = None,
 ) -> None:
+    """pull (3 v,): the forces that keep a rim's stated motion."""
     kinetic, strain = model.system.energies(q, v)
     history.times.append(t)
     if model.ratios:
@@ -347,6 +380,8 @@ def _record(
     history.strain.append(strain)
     history.external.append(work)
     history.touches.append(touches)
+    if model.system.rim is not None:
+        history.rim.append(model.system.rim.told(t, q, pull))
     history.shots.take(len(history.times) - 1, q)
 
 
@@ -374,8 +409,13 @@ def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
     mesh = mesh_of(scene, level) if level.enrich is None else build(scene, level).mesh
-    held = held_of(scene, mesh)
-    unknowns, first = int((~held).sum()), distinct(mesh, bands_of(scene), free_edges(mesh, held))[1]
+    held, rim = held_of(scene, mesh), rim_of(scene, mesh)
+    if rim is not None:
+        held = held | rim.held
+    spared = 0 if rim is None else rim.spared
+    unknowns, free = int((~held).sum()) - spared, free_edges(mesh, held)
+    divided = dividing(mesh, bands_of(scene), scene.thickness, free)
+    first = sharing(mesh, divided, free, possible(mesh, level.points)).first
     modelled, left_out = words(scene, level)
     return {
         "unknowns": unknowns,

@@ -22,7 +22,18 @@ import numpy as np
 
 from ancf.band import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Cell, along_curve, evenness, section_depth
 from ancf.cut import Cut, Region, cut, rectangle
-from ancf.feature import ROUND_OFF, Feature, depth_at, dividing_lines, faces, key, relevant, scale, thickness_range
+from ancf.feature import (
+    ROUND_OFF,
+    Feature,
+    depth_at,
+    dividing_lines,
+    faces,
+    key,
+    relevant,
+    scale,
+    thickness_range,
+)
+from ancf.image import Image
 from ancf.nurbs import curve_derivatives
 from ancf.outlined import Outlined
 from ancf.quadrature import NO_PROMISE, Rule, gauss, join, onto_cell, tensor
@@ -85,8 +96,15 @@ def signature(cell: Cell, bands: Sequence[Feature]) -> tuple:
 
     It holds the cell's size and what the cell sees of each band, relative to its own origin and size.
     """
+    return imaged(cell, relevant(cell, bands), None)
+
+
+def imaged(cell: Cell, seen: Sequence[Feature], image: Image | None) -> tuple:
+    """The signature that an image of the cell has; seen: the bands that the cell sees, which must have images."""
     sizes = tuple(float(f"{high - low:.11e}") for low, high in cell)
-    return sizes, *(key(cell, band) for band in relevant(cell, bands))
+    keys = [key(cell, band, image) for band in seen]
+    turned = sizes[::-1] if image is not None and image.swaps else sizes
+    return turned, *(sorted(keys, key=repr) if len(keys) > 1 else keys)
 
 
 def element_rule(

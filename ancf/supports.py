@@ -10,7 +10,8 @@ from ancf.mesh import Mesh
 
 ALONG = {"x0": "r_y", "x1": "r_y", "y0": "r_x", "y1": "r_x"}
 OUT = {"x0": "r_x", "x1": "r_x", "y0": "r_y", "y1": "r_y"}
-DIRECTOR = ("r_z", "d_e", "d_l")
+MIDDLE = ("r", "r_w")
+DIRECTOR = ("r_z", "d_e", "d_l", "d_w")
 ROUND_OFF = 1e-9  # of a gradient
 
 
@@ -23,7 +24,7 @@ def clamp(mesh: Mesh, edge: str, gradients: str) -> np.ndarray:
     """
     held = _on_edge(mesh, edge)
     if gradients == "tangential":
-        held = held & np.isin(mesh.kinds, ["r", *DIRECTOR, ALONG[edge]])
+        held = held & np.isin(mesh.kinds, [*MIDDLE, *DIRECTOR, ALONG[edge]])
     return np.repeat(held, 3)
 
 
@@ -33,7 +34,7 @@ def hold_edge(mesh: Mesh, edge: str, components: Sequence[int], face: bool) -> n
     Along the mid-surface's edge they are those of r and of the gradient along the edge; on its whole face
     also those of r_z, d_e and d_l.
     """
-    kinds = ["r", ALONG[edge], *(DIRECTOR if face else ())]
+    kinds = [*MIDDLE, ALONG[edge], *(DIRECTOR if face else ())]
     return _components(_on_edge(mesh, edge) & np.isin(mesh.kinds, kinds), components)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
-from ancf.element import Integrand, PointElements, Terms, integrand, mass
+from ancf.element import Integrand, PointElements, Terms, integrand, mass, signed
 from ancf.free_edge import strips
 from ancf.layer import wall_strips
 from ancf.loads import EdgeMoment, Load
@@ -19,16 +20,19 @@ from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
 from ancf.pressure import FollowerPressure
-from ancf.quadratic_form import QuadraticElements, from_first_node, quadratic_form
-from ancf.subdomain import Feature, element_rule, signature
+from ancf.quadratic_form import QuadraticElements, quadratic_form
+from ancf.sharing import Sharing, possible, sharing, sides
+from ancf.subdomain import Feature, element_rule
 
 if TYPE_CHECKING:
     from ancf.contact import Contact
     from ancf.hyperelastic import HyperelasticElements, SplitElements
+    from ancf.rim import Rim
 
     Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
+DENSE = 150  # nodal vectors: then all of the mass matrix is multiplied in the time a sparse product takes to begin
 MOST_FORM_BYTES = 1_500_000_000
 EPSILON = np.finfo(float).eps
 
@@ -90,9 +94,10 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class System:
-    """A body with held components, loads, dead and following, and what it may touch.
+    """A body with held components, loads, dead and following, what it may touch, and the rim that holds its edges.
 
-    q, v, a are components (3 v,), sums over unknowns (u,).
+    q, v, a are components (3 v,), sums over unknowns (u,). A rim's tied components are unknowns each; the sum of their
+    forces is at the first of them.
 
     mass_values (nnz,): mass on the pattern of the tangent. lengths (u,): what a residual is divided by
     to become a force in N: 1 for positions, element sides for r_x and r_y, their product for r_xy, half
@@ -107,21 +112,29 @@ class System:
     moments: tuple[EdgeMoment, ...] = ()
     pressures: tuple[FollowerPressure, ...] = ()
     contact: Contact | None = None
+    rim: Rim | None = None
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns."""
-        return len(self.assembly.free)
+        """Number of unknowns; what a rim ties counts once."""
+        return len(self.assembly.free) - (0 if self.rim is None else self.rim.spared)
+
+    def on_unknowns(self, total: np.ndarray) -> np.ndarray:
+        """Forces (u,) of those on all components (3 v,)."""
+        return (total if self.rim is None else self.rim.sums(total))[self.assembly.free]
 
     def force_internal(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Internal force (u,). more: pairs of a number and an array (3 v,), as in `QuadraticElements.force`."""
+        return self.on_unknowns(self.internal_total(q, more))
+
+    def internal_total(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
+        """Internal force (3 v,), that on held components included."""
         gather = self.assembly.gather
-        elements = self.body.elements.force(gather(q), [(c, gather(x)) for c, x in more])
-        return self.assembly.vector(elements)[self.assembly.free]
+        return self.assembly.vector(self.body.elements.force(gather(q), [(c, gather(x)) for c, x in more]))
 
     def force_external(self, t: float) -> np.ndarray:
         """Dead loads (u,) at time t."""
-        return self.loads_total(t)[self.assembly.free]
+        return self.on_unknowns(self.loads_total(t))
 
     def loads_total(self, t: float) -> np.ndarray:
         """Dead loads (3 v,) at time t, those on held components included."""
@@ -132,11 +145,14 @@ class System:
 
     def following_total(self, q: np.ndarray, t: float) -> np.ndarray:
         """Loads that follow the motion (3 v,) at time t: moments that turn with their edges, follower pressures."""
-        return sum((load.force(q, t) for load in (*self.moments, *self.pressures)), np.zeros_like(q))
+        total = np.zeros_like(q)
+        for load in (*self.moments, *self.pressures):
+            total += load.force(q, t)
+        return total
 
     def force_following(self, q: np.ndarray, t: float) -> np.ndarray:
         """The same on the unknowns (u,)."""
-        return self.following_total(q, t)[self.assembly.free]
+        return self.on_unknowns(self.following_total(q, t))
 
     def tangent_loaded(self, q: np.ndarray, t: float, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force less the loads at time t. more: as in `tangent`."""
@@ -150,8 +166,8 @@ class System:
     @cached_property
     def _faces(self) -> Assembly:
         """Sums over the faces of all elements, in the order of the mesh."""
-        mesh, assembly = self.body.mesh, self.assembly
-        return on_pattern(mesh.connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
+        assembly = self.assembly
+        return on_pattern(self.pressures[0].connectivity, assembly.free, assembly.unknown_of, assembly.pattern)
 
     def tangent(self, q: np.ndarray, more: Terms = ()) -> np.ndarray:
         """Values (nnz,) of the tangent of the internal force. more: as in `force_internal`."""
@@ -159,8 +175,21 @@ class System:
         return self.assembly.matrix(self.body.elements.tangent(gather(q), [(c, gather(x)) for c, x in more]))
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
-        """M a (u,) of accelerations (3 v,)."""
-        return (self.body.mass @ a.reshape(-1, 3)).ravel()[self.assembly.free]
+        """M a (u,) of accelerations (3 v,), a rim's mass included."""
+        return self.on_unknowns(self.inertia_total(a))
+
+    def inertia_total(self, a: np.ndarray) -> np.ndarray:
+        """M a (3 v,), that on held components included."""
+        total = (self._mass @ a.reshape(-1, 3)).ravel()
+        if self.rim is not None and self.rim.mass:
+            total += self.rim.inertia(a)
+        return total
+
+    @cached_property
+    def _mass(self) -> sp.csr_matrix | np.ndarray:
+        """Scalar mass matrix in the form that multiplies fastest."""
+        mass = self.body.mass
+        return mass.toarray() if mass.shape[0] <= DENSE else mass
 
     def force_floor(self, q: np.ndarray) -> float:
         """Round-off (N) of the internal force: nodal vectors are stored to a part EPSILON of their size.
@@ -182,11 +211,14 @@ class System:
         """Kinetic and strain energy in J."""
         v = v.reshape(-1, 3)
         kinetic = 0.5 * float(np.sum(v * (self.body.mass @ v)))
+        if self.rim is not None:
+            kinetic += self.rim.mass / 2 * float(np.sum((self.rim.row @ v) ** 2))
         return kinetic, self.body.elements.energy(self.assembly.gather(q))
 
     def norm(self, residual: np.ndarray) -> float:
         """Size of a residual (u,) in N."""
-        return float(np.linalg.norm(residual / self.lengths))
+        forces = residual / self.lengths
+        return math.sqrt(forces @ forces)
 
 
 def body(
@@ -212,23 +244,23 @@ def body(
     linear = isinstance(material, SaintVenantKirchhoff)
     free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
     _require_points(mesh, points, free)
-    form_of, first = distinct(mesh, bands, free)
-    divided = [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
+    divided = dividing(mesh, bands, thickness, free)
+    shared = sharing(mesh, divided, free, possible(mesh, points) if linear else ())
 
     def integrands(counts: tuple[int, int, int]) -> list[Integrand]:
-        return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in first]
+        return [_part(mesh, e, divided, thickness, counts, integration, free, linear) for e in shared.first]
 
     parts = integrands(points)
     functions = np.array([part.S.shape[1] for part in parts])
     pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
-    groups = [_group(mesh, parts, form_of, functions == count) for count in np.unique(functions)]
+    groups = [_group(mesh, parts, shared, functions == count) for count in np.unique(functions)]
     if linear:
         elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
     else:
         fewer = integrands(tuple(count - 1 for count in points)) if volumetric == REDUCED else None
-        elements = (_hyperelastic(groups[0], mesh, material, volumetric, fewer),)
+        elements = tuple(_hyperelastic(group, mesh, material, volumetric, fewer) for group in groups)
     scalar = sum(_mass_matrix(group, len(mesh.vectors), density) for group in groups)
-    volume = float(np.array([part.volume.sum() for part in parts])[form_of].sum())
+    volume = float(np.array([part.volume.sum() for part in parts])[shared.form_of].sum())
     row = scalar @ (mesh.kinds == "r").astype(float)
     rounded, sides = EPSILON * (material.lame + 2 * material.shear), mesh.edge_lengths
     size = (volume / thickness) ** (1 / 2)
@@ -239,12 +271,23 @@ def body(
     return Body(mesh, *parts_of_body, scalar, row, volume, len(parts), round_off, round_off_r_z)
 
 
+def dividing(mesh: Mesh, bands: Sequence[Feature], thickness: float, free: Sequence[str]) -> list[Feature]:
+    """All that divides elements: the bands, and where layers on the free edges and beside walls end."""
+    return [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
+
+
 class _Group(NamedTuple):
-    """Elements of equally many functions in their order: Integrand of each form, form (e,), connectivity (e, i)."""
+    """Elements of equally many functions in their order: Integrand of each form, and by element form (e,),
+    connectivity (e, i) in the order of its form, and signs (e, i): see `ancf.image`.
+
+    own (g,): which of all forms these are.
+    """
 
     parts: list[Integrand]
     form_of: np.ndarray
     connectivity: np.ndarray
+    signs: np.ndarray
+    own: np.ndarray
 
 
 def _part(
@@ -253,29 +296,33 @@ def _part(
     """Integrand of an element."""
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
     rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e))
-    return integrand(shape, rule, cell, mesh.vectors[vectors], _sides(mesh, e, free), enhanced)
+    return integrand(shape, rule, cell, mesh.vectors[vectors], sides(mesh, e, free), enhanced)
 
 
-def _group(mesh: Mesh, parts: Sequence[Integrand], form_of: np.ndarray, own: np.ndarray) -> _Group:
-    """The elements whose form (e,) is one of `own` (g,)."""
-    members = np.flatnonzero(own[form_of])
-    members = members[element_order(form_of[members])]
-    connectivity = np.stack([mesh.element(e).vectors for e in members])
-    return _Group([parts[g] for g in np.flatnonzero(own)], (np.cumsum(own) - 1)[form_of[members]], connectivity)
+def _group(mesh: Mesh, parts: Sequence[Integrand], shared: Sharing, own: np.ndarray) -> _Group:
+    """The elements whose form is one of `own` (g,)."""
+    members = np.flatnonzero(own[shared.form_of])
+    members = members[element_order(shared.form_of[members], shared.image_of[members])]
+    connectivity = np.stack([shared.vectors(mesh, e) for e in members])
+    signs = np.stack([shared.signs(e, connectivity.shape[1]) for e in members])
+    form_of, kept = (np.cumsum(own) - 1)[shared.form_of[members]], np.flatnonzero(own)
+    return _Group([parts[g] for g in kept], form_of, connectivity, signs, kept)
 
 
 def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
-    parts, form_of, connectivity = group
     if pointwise:
-        return PointElements(tuple(parts[g] for g in form_of), material)
-    first = connectivity[np.unique(form_of, return_index=True)[1]]
-    return _pre_integrated(parts, material, mesh.vectors[first], form_of, mesh)
+        kinds = [(int(g), signs.tobytes()) for g, signs in zip(group.form_of, group.signs, strict=True)]
+        parts = {kind: signed(group.parts[kind[0]], signs) for kind, signs in zip(kinds, group.signs, strict=True)}
+        return PointElements(tuple(parts[kind] for kind in kinds), material)
+    first = np.unique(group.form_of, return_index=True)[1]
+    reference = group.signs[first, :, None] * mesh.vectors[group.connectivity[first]]
+    return _pre_integrated(group, material, reference, mesh)
 
 
 def _hyperelastic(
     group: _Group, mesh: Mesh, material: MooneyRivlin, volumetric: str, fewer: Sequence[Integrand] | None
 ) -> HyperelasticElements | SplitElements:
-    """Elements of Mooney-Rivlin material. fewer: integrands of the reduced volumetric energy."""
+    """Elements of Mooney-Rivlin material. fewer: integrands of all forms for the reduced volumetric energy."""
     from ancf.hyperelastic import SHEAR, HyperelasticElements, SplitElements, form  # and numba, for rubber alone
 
     shear = SHEAR if mesh.shape.shear is not None and volumetric == RELAXED else 1.0
@@ -287,12 +334,7 @@ def _hyperelastic(
     if fewer is None:
         return elements(material, group.parts)
     isochoric, only_volume = replace(material, bulk=0.0), replace(material, mu10=0.0, mu01=0.0)
-    return SplitElements(elements(isochoric, group.parts), elements(only_volume, fewer))
-
-
-def _sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
-    """The free edges that an element lies on."""
-    return tuple(edge for edge in mesh.edges_of(element) if edge in free)
+    return SplitElements(elements(isochoric, group.parts), elements(only_volume, [fewer[g] for g in group.own]))
 
 
 def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str]) -> None:
@@ -307,38 +349,20 @@ def _require_points(mesh: Mesh, points: tuple[int, int, int], free: Sequence[str
         raise ValueError(f"{own} points leave the {mesh.shape.name} element modes without energy: {needed} at least")
 
 
-def distinct(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """Number of each element's shape (e,), and the first element of each shape (g,).
-
-    Two shapes are equal when what they see of the grooves agrees, the free edges that they have a layer on,
-    and the Gram matrices of their reference vectors: they then differ by a rigid motion, which an isotropic
-    material does not see.
-    """
-    vectors = mesh.element_vectors
-    Q = from_first_node(vectors, mesh.shape.positions)
-    gram = Q @ Q.swapaxes(1, 2)
-    rounded = np.round(gram / np.abs(gram).max(), 11) + 0.0
-    keys = [
-        (signature(cell, bands), _sides(mesh, e, free), row.tobytes(), mesh.element(e).shape)
-        for e, (cell, row) in enumerate(zip(mesh.cells, rounded, strict=True))
-    ]
-    number: dict = {}
-    form_of = np.array([number.setdefault(key, len(number)) for key in keys])
-    return form_of, np.unique(form_of, return_index=True)[1]
-
-
-def _pre_integrated(parts, material, vectors, form_of, mesh: Mesh) -> QuadraticElements:
-    forms = [quadratic_form(part, material, Q, mesh.shape.positions) for part, Q in zip(parts, vectors, strict=True)]
+def _pre_integrated(group: _Group, material: SaintVenantKirchhoff, vectors: np.ndarray, mesh: Mesh):
+    """The quadratic forms of a group; vectors (g, i, 3): reference nodal vectors of each."""
+    positions = mesh.shape.positions
+    forms = [quadratic_form(part, material, Q, positions) for part, Q in zip(group.parts, vectors, strict=True)]
     tensors = (
         np.stack([getattr(form, name) for form in forms]) for name in ("D0", "stress", "symmetric", "antisymmetric")
     )
-    return QuadraticElements(*tensors, form_of, len(vectors[0]), mesh.shape.positions)
+    return QuadraticElements(*tensors, group.form_of, group.signs, positions)
 
 
 def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
-    parts, form_of, connectivity = group
-    values = np.stack([mass(part, density) for part in parts])[form_of]
+    parts, form_of, connectivity, signs, _ = group
+    values = np.stack([mass(part, density) for part in parts])[form_of] * signs[:, :, None] * signs[:, None, :]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
 
@@ -366,10 +390,11 @@ def system(
     thickness: float,
     moments: Sequence[EdgeMoment] = (),
     pressures: Sequence[FollowerPressure] = (),
+    rim: Rim | None = None,
 ) -> System:
-    """The body with held components (3 v,), dead loads, moments and follower pressures."""
+    """The body with held components (3 v,), dead loads, moments, follower pressures, and a rim that holds edges."""
     coupled = [np.flatnonzero(moment.row) for moment in moments]
-    mesh = plate.mesh
+    mesh, held = plate.mesh, held if rim is None else held | rim.held
     sums = (mixed_assembly if mesh.special else assembly)(plate.connectivity, len(mesh.vectors), held, coupled)
     a, b = (np.ptp(lines) / (len(lines) - 1) for lines in (mesh.x_lines, mesh.y_lines))
     sides = {
@@ -380,9 +405,14 @@ def system(
         "r_z": thickness / 2,
         "d_e": thickness / 2,
         "d_l": thickness / 2,
+        "r_w": 1.0,
+        "d_w": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
-    return System(plate, sums, tuple(loads), _on_pattern(plate.mass, sums), lengths, tuple(moments), tuple(pressures))
+    values = _on_pattern(plate.mass, sums)
+    if rim is not None:
+        values[sums.pattern.indptr[sums.unknown_of[rim.masters]]] += rim.mass  # the diagonal begins a column
+    return System(plate, sums, tuple(loads), values, lengths, tuple(moments), tuple(pressures), rim=rim)
 
 
 def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:

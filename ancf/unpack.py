@@ -28,11 +28,13 @@ from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Feature, Outli
 from ancf.supports import clamp, free_edges, hold_corner, hold_edge, hold_whole, symmetry
 from ancf.system import RELAXED, Body, System, body, system
 from ancf.volume_ratio import VolumeRatio, volume_ratio
+from ancf.wall import with_walls
 from compare.scene import AncfLevel, Scene
 from compare.scene import Feature as SceneFeature
 
 if TYPE_CHECKING:
     from ancf import contact
+    from ancf.rim import Rim
 
 SAME = 0.01  # of the thickness: edges this near to each other share a grid line
 LENGTH_POINTS = 65
@@ -65,16 +67,16 @@ def build(scene: Scene, level: AncfLevel) -> Model:
 def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], pointwise: bool = False) -> Model:
     material = material_of(scene)
     density = scene.material.density or 0.0
-    held = held_of(scene, mesh)
-    free = free_edges(mesh, held)
+    held, rim = held_of(scene, mesh), rim_of(scene, mesh)
+    free = free_edges(mesh, held if rim is None else held | rim.held | rim.tied)
     volume = level.volumetric or RELAXED
     integration = level.points, level.integration, pointwise, free, volume
     plate = body(mesh, bands, scene.thickness, material, density, *integration)
-    loads = [_load(load, mesh, bands, scene.thickness, plate) for load in scene.loads]
+    loads = [_load(load, mesh, bands, scene.thickness, plate, rim) for load in scene.loads]
     kinds = Load, EdgeMoment, FollowerPressure
     dead, *following = ([load for load in loads if isinstance(load, kind)] for kind in kinds)
     probes = [_probe(probe, mesh, bands, scene.thickness) for probe in scene.probes]
-    acting = system(plate, held, dead, scene.thickness, *following)
+    acting = system(plate, held, dead, scene.thickness, *following, rim)
     if scene.obstacles:
         acting = replace(acting, contact=_obstacles(scene, level, mesh, bands, acting))
     return Model(mesh, bands, plate, acting, np.array(probes), tuple(_ratios(scene, level, mesh, bands, plate)))
@@ -89,7 +91,8 @@ def material_of(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
 
 def mesh_of(scene: Scene, level: AncfLevel) -> Mesh:
     surface = _surface(scene)
-    return grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
+    mesh = grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
+    return with_walls(mesh, bands_of(scene)) if level.walls else mesh
 
 
 def _surface(scene: Scene) -> Surface | Revolved | None:
@@ -130,6 +133,18 @@ def held_of(scene: Scene, mesh: Mesh) -> np.ndarray:
     for support in scene.supports:
         held |= _support(support, mesh)
     return held
+
+
+def rim_of(scene: Scene, mesh: Mesh) -> Rim | None:
+    """The rim, where the scene has one; its code is loaded only here."""
+    if scene.rim is None:
+        return None
+    from ancf.rim import rim
+
+    stated = scene.rim
+    free = ["XYZ".index(component) for component in stated.free]
+    motion = stated.mass, stated.displacement, stated.history, stated.spin
+    return rim(mesh, stated.edges, free, held_of(scene, mesh), *motion)
 
 
 def _support(support, mesh: Mesh) -> np.ndarray:
@@ -175,9 +190,14 @@ def _side(face: str) -> int:
     return BOTTOM if face == "bottom" else TOP
 
 
-def _load(load, mesh: Mesh, bands, thickness: float, plate: Body) -> Load | EdgeMoment | FollowerPressure:
+def _load(
+    load, mesh: Mesh, bands, thickness: float, plate: Body, rim: Rim | None
+) -> Load | EdgeMoment | FollowerPressure:
     if load.kind == "gravity":
-        return gravity(plate.mass_row, load.acceleration, load.history)
+        mass_row = plate.mass_row if rim is None else plate.mass_row + rim.mass * rim.row
+        return gravity(mass_row, load.acceleration, load.history)
+    if load.kind == "axle":
+        return spread(rim.row, load.force, load.history)
     if load.kind == "pressure":
         face = _side(load.face)
         if load.follower:
@@ -241,11 +261,11 @@ def _ratios(scene: Scene, level: AncfLevel, mesh: Mesh, bands, plate: Body) -> I
 
 
 def initial_velocity(scene: Scene, model: Model) -> np.ndarray:
-    """Components (3 v,) of a rigid velocity; held components rest."""
+    """Components (3 v,) of a rigid velocity; held components rest, and what a rim holds moves with it."""
     mesh, v = model.mesh, np.zeros((len(model.mesh.vectors), 3))
     if scene.initial is not None:
         is_position = (mesh.kinds == "r")[:, None]
         v = np.cross(scene.initial.angular_velocity, mesh.vectors) + is_position * np.array(scene.initial.velocity)
-    v = v.ravel()
+    v, rim = v.ravel(), model.system.rim
     v[model.system.assembly.unknown_of < 0] = 0.0
-    return v
+    return v if rim is None else rim.placed(v, rim.motion(0.0).v)

@@ -46,7 +46,8 @@ def volume_ratio(mesh: Mesh, elements: object, at: tuple[float, float, float], r
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
     alone = Rule(np.array([at], dtype=float), np.zeros(1), NO_PROMISE)
     point, whole = (integrand(shape, r, cell, mesh.vectors[vectors], enhanced=False) for r in (alone, rule))
-    relaxed = _alone(elements, whole, point) if getattr(elements, "relax", False) else None
+    law = getattr(elements, "groups", (elements,))[0]  # all groups have the same
+    relaxed = _alone(law, whole, point) if getattr(law, "relax", False) else None
     return VolumeRatio(vectors, point.G[0], relaxed)
 
 

@@ -21,16 +21,18 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     modelled += [f"groove {band.name}: {_band_words(band)}" for band in scene.grooves]
     modelled += [f"protrusion {band.name}: {_band_words(band)}" for band in scene.protrusions]
     modelled += [_support_words(support) for support in scene.supports]
+    modelled += [_rim_words(scene.rim)] if scene.rim is not None else []
     modelled += [_load_words(load) for load in scene.loads]
     modelled += [_obstacle_words(obstacle) for obstacle in scene.obstacles]
     modelled += ["rigid initial velocity"] if scene.initial else []
     modelled += ["grid lines on the edges of grooves and beside them"] if level.fit is not None else []
     if level.enrich is not None:
         modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
+    modelled += ["kinks where the floors of grooves begin and end inside elements"] if level.walls else []
     stated = {
         "grooves": scene.grooves,
         "protrusions": scene.protrusions,
-        "supports": scene.supports,
+        "supports": scene.supports or scene.rim,
         "gravity": [load for load in scene.loads if load.kind == "gravity"],
         "other loads": [load for load in scene.loads if load.kind != "gravity"],
         "inertia": kind != "static",
@@ -91,8 +93,18 @@ def _support_words(support) -> str:
     return f"hold of {', '.join(support.components)} {where}"
 
 
+def _rim_words(rim) -> str:
+    """What holds edges and may move."""
+    moves = [f"free along {' and '.join(rim.free)}"] if rim.free else []
+    moves += ["moved"] if any(rim.displacement) else []
+    moves += [f"spinning at {list(rim.spin)} rad/s"] if any(rim.spin) else []
+    return f"rigid rim at {' and '.join(rim.edges)}, {', '.join(moves) or 'at rest'}; its bead's directors turn with it"
+
+
 def _load_words(load) -> str:
     """What a load does."""
+    if load.kind == "axle":
+        return "load on the rim"
     if load.kind == "pressure":
         return f"pressure on the {load.face} face, {'following it' if load.follower else 'dead'}"
     if load.kind == "moment":

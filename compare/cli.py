@@ -111,6 +111,12 @@ def parser() -> argparse.ArgumentParser:
         "a scene whose physics is changed so runs without its companions and its published values",
     )
     working(run)
+    run.add_argument(
+        "--timed",
+        action="store_true",
+        help="run the levels of the ladders alone, one after the other, for wall times to compare; what nobody's "
+        "time is read of still runs beside others",
+    )
 
     table = add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
     table.add_argument("--format", choices=("md", "tex", "csv", "json"), default="md", help="default: md")
@@ -287,7 +293,8 @@ def solved(
     folder = writable(options.out / "results")
     with progress.shown() as report:
         units = [*study.plan(scenes, solvers, budget), *others]
-        entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh)
+        timed = getattr(options, "timed", False)
+        entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh, timed=timed)
     fresh = len({entry.key for entry in entries if entry.fresh})
     print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
     return entries, table.rows(entries)

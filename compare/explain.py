@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 from compare.treads import PREFIX
 
 if TYPE_CHECKING:
-    from compare.scene import Feature, Load, Material, Obstacle, Scene
+    from compare.scene import Feature, Load, Material, Obstacle, Rim, Scene
+    from compare.scene_parts import History
 
 SURFACES = {
     "rectangle": ("rectangle", " m"),
@@ -51,6 +52,7 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
         *bands,
         ("material", f"{_material(material)}{density}"),
         *_supports(scene),
+        *([] if scene.rim is None else [("rim", _rim(scene.rim, second))]),
         *[("load", _load(load, second)) for load in scene.loads],
         *[(f"obstacle {body.name}", _obstacle(body)) for body in scene.obstacles],
     ]
@@ -85,6 +87,16 @@ def _supports(scene: Scene) -> list[tuple[str, str]]:
         elif support.kind == "symmetry":
             found.append(("symmetry", f"{support.edge} in a plane of normal {support.normal}"))
     return found
+
+
+def _rim(rim: Rim, second: str) -> str:
+    """What it holds, and how it moves."""
+    words = f"{' and '.join(rim.edges)} held rigidly"
+    words += f", free along {' '.join(rim.free)}" if rim.free else ""
+    words += f", {rim.mass:g} kg" if rim.mass else ""
+    if any(rim.displacement):
+        words += f", moved by {_vector(rim.displacement)} m {_times(rim.history, second)}"
+    return words + (f", spinning at {_vector(rim.spin)} rad/s" if any(rim.spin) else "")
 
 
 def _tread(scene: Scene) -> str:
@@ -127,13 +139,15 @@ def _load(load: Load, second: str) -> str:
         "gravity": lambda: "",
         "pressure": lambda: f" into the {load.face} face, {'following it' if load.follower else 'dead'}",
         "moment": lambda: f" on {load.edge}, turning with it",
+        "axle": lambda: " on the rim",
     }[load.kind]()
-    history = load.history
+    return f"{load.kind}, {size}{place}, {_times(load.history, second)}"
+
+
+def _times(history: History, second: str) -> str:
     if len({factor for _, factor in history}) == 1:
-        times = "constant" if history[0][1] == 1 else f"constant, times {history[0][1]:g}"
-    else:
-        times = "times " + ", ".join(f"{factor:g} at {time:g}{second}" for time, factor in history)
-    return f"{load.kind}, {size}{place}, {times}"
+        return "constant" if history[0][1] == 1 else f"constant, times {history[0][1]:g}"
+    return "times " + ", ".join(f"{factor:g} at {time:g}{second}" for time, factor in history)
 
 
 def _span(limits: Sequence[float]) -> str:

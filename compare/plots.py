@@ -283,7 +283,7 @@ def _draw(name: str, title: str, about: str, paint: Callable[[Figure], None], si
             axes.patch.set_alpha(0.0)
         file = io.StringIO()
         figure.savefig(file, format="svg")
-    return _themed(file.getvalue(), name, title, about, _points(figure))
+    return _themed(file.getvalue(), name, title, about, _points(figure), _panels(figure))
 
 
 def _points(figure: Figure) -> list[dict[str, Any]]:
@@ -298,6 +298,7 @@ def _points(figure: Figure) -> list[dict[str, Any]]:
         found.append(
             {
                 "id": line.get_gid(),
+                "panel": figure.axes.index(axes),
                 "label": line.get_label(),
                 "colour": f"var({look.variable})",
                 "xlabel": axes.get_xlabel() or (xlabels[-1] if xlabels else ""),
@@ -310,7 +311,21 @@ def _points(figure: Figure) -> list[dict[str, Any]]:
     return found
 
 
-def _themed(svg: str, name: str, title: str, about: str, points: Sequence[dict[str, Any]]) -> str:
+def _panels(figure: Figure) -> list[dict[str, Any]]:
+    """The axes as the page's script reads them: box [left, top, right, bottom] in the drawing, limits and scales."""
+    found, (_, high) = [], figure.get_size_inches() * POINTS_PER_INCH
+    for axes in figure.axes:
+        (left, bottom), (right, top) = axes.get_window_extent().get_points() * POINTS_PER_INCH / figure.dpi
+        box = [round(float(edge), 2) for edge in (left, high - top, right, high - bottom)]
+        limits = {name: [*map(float, getattr(axes, f"get_{name}lim")())] for name in "xy"}
+        logs = {f"log{name}": getattr(axes, f"get_{name}scale")() == "log" for name in "xy"}
+        found.append({"box": box, "labels": [axes.get_xlabel(), axes.get_ylabel()], **limits, **logs})
+    return found
+
+
+def _themed(
+    svg: str, name: str, title: str, about: str, points: Sequence[dict[str, Any]], panels: Sequence[dict[str, Any]]
+) -> str:
     """Matplotlib's document as an inline element: no prologue, date or global style, colours from the page."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>|<style type=\"text/css\">.*?</style>|<!--.*?-->", "", svg, flags=re.S)
@@ -320,22 +335,27 @@ def _themed(svg: str, name: str, title: str, about: str, points: Sequence[dict[s
         svg = svg.replace(look.colour, f"var({look.variable}, {look.colour})")
     used = set(re.findall(r"(?:href=\"#|url\(#)([^\")]+)", svg))
     svg = re.sub(rf' id="({SERIES}\d+)"', r' data-series="\1"', svg)
+    svg = re.sub(r' id="axes_\d+"', " data-panel", svg)
+    svg = re.sub(r' id="([xy])tick_\d+"', r' data-tick="\1"', svg)
+    svg = re.sub(r' id="matplotlib\.axis_\d+"', " data-axis", svg)
     svg = re.sub(r" id=\"([^\"]+)\"", lambda found: found[0] if found[1] in used else "", svg)
     svg = re.sub(r"font: ([\d.]+px) [^;\"]+", r"font-size: \1", svg)
     box = re.search(r"viewBox=\"[^\"]+\"", svg)[0]
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" {box} role="img" aria-labelledby="{name}-title {name}-about" '
-        f'class="plot" stroke-linejoin="round"{_stated(points)}><title id="{name}-title">{html.escape(title)}</title>'
-        f'<desc id="{name}-about">{html.escape(about)}</desc>'
+        f'class="plot" stroke-linejoin="round"{_stated(points, panels)}>'
+        f'<title id="{name}-title">{html.escape(title)}</title><desc id="{name}-about">{html.escape(about)}</desc>'
     )
     return re.sub(r"<svg[^>]*>", lambda _: head, svg, count=1)
 
 
-def _stated(points: Sequence[dict[str, Any]]) -> str:
-    """The attribute that holds the lines of a drawing; none where it has no lines."""
+def _stated(points: Sequence[dict[str, Any]], panels: Sequence[dict[str, Any]]) -> str:
+    """The attributes that hold the lines and axes of a drawing; none where it has no lines."""
     if not points:
         return ""
-    return f' data-points="{html.escape(json.dumps(points, allow_nan=False, separators=(",", ":")))}"'
+    told = {"points": points, "panels": panels}
+    texts = {key: json.dumps(value, allow_nan=False, separators=(",", ":")) for key, value in told.items()}
+    return "".join(f' data-{key}="{html.escape(text)}"' for key, text in texts.items())
 
 
 def trend_plot(

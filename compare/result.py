@@ -34,6 +34,7 @@ class Outline:
     (k, n, 3): shapes of vibration, each scaled to the largest displacement 1; displacement is then zero.
     triangles (m, 3) indices of points, edges (k, 2) indices of points: lines of the mesh to draw.
     path (s, n, 3): displacement in m at the outputs path_index (s,), a few on the way to the last one.
+    stress (n,): von Mises stress in Pa at the last output, where the scene asks for it.
     """
 
     points: np.ndarray
@@ -43,6 +44,7 @@ class Outline:
     modes: np.ndarray | None = None
     path: np.ndarray | None = None
     path_index: np.ndarray | None = None
+    stress: np.ndarray | None = None
 
 
 @dataclass
@@ -83,6 +85,19 @@ class Contact:
 
 
 @dataclass(frozen=True)
+class Rim:
+    """What the rim did at each output time.
+
+    displacement (t, 3): its translation (m). force, moment (t, 3): N, and N m about the origin of space moved with the
+    rim, with which its stated motion is kept, beside the loads on it: no force along directions in which it is free.
+    """
+
+    displacement: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+
+
+@dataclass(frozen=True)
 class Result:
     """What a solver found. Lengths in m, times in s, energies in J.
 
@@ -91,7 +106,7 @@ class Result:
     times (t,); probes: names; probe_position (p, 3) reference position of each probe (of a patch
     its mean); displacement (t, p, 3). energies: kind -> (t,), for example "kinetic", "strain",
     "external" (work done by the loads); with obstacles also "contact" (stored by their springs) and
-    "dissipated" (spent by their dampers and friction). contact: where the scene has obstacles.
+    "dissipated" (spent by their dampers and friction). contact: where the scene has obstacles. rim: where it has one.
     status: "ok", or the name of the failure; then the arrays end at the last time that was reached.
     facts: further scalars worth a look, for example volume.
     load_parameter (t,): where statics followed an arc length, the load parameter at each output; times are then
@@ -125,6 +140,7 @@ class Result:
     frequencies: np.ndarray | None = None
     volume_ratio: np.ndarray | None = None
     contact: Contact | None = None
+    rim: Rim | None = None
 
     def position(self, probe: str) -> np.ndarray:
         """Path of a probe (t, 3) in m."""
@@ -151,8 +167,9 @@ def _meters(place: list[float]) -> str:
 ARRAYS = ("times", "probe_position", "displacement")
 OPTIONAL = ("frequencies", "load_parameter", "volume_ratio")
 PARTS = {
-    "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index")),
+    "outline": (Outline, ("points", "displacement", "triangles", "edges", "modes", "path", "path_index", "stress")),
     "contact": (Contact, ("force", "area", "points", "share", "pressure")),
+    "rim": (Rim, ("displacement", "force", "moment")),
 }
 
 
@@ -197,7 +214,7 @@ def _read(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Result:
     return Result(**header, **found, **parts, energies=energies)
 
 
-def _part(arrays: dict[str, np.ndarray], part: str) -> Outline | Contact | None:
+def _part(arrays: dict[str, np.ndarray], part: str) -> Outline | Contact | Rim | None:
     """A part of the result, None where the file has none."""
     kind, names = PARTS[part]
     own = {name: arrays[f"{part}.{name}"] for name in names if f"{part}.{name}" in arrays}

@@ -39,6 +39,7 @@ from compare.scene_parts import (
     Vector,
     exactly,
 )
+from compare.scene_rim import Rim
 from compare.treads import PREFIX, Tread
 from compare.treads import grooves as tread_grooves
 
@@ -230,6 +231,8 @@ class AncfLevel(Part):
     enrich: between 0 and 1. The layer beyond a groove's floor may then shear on its own, at the nodes that bring
     most; an indicator takes nodes until the others promise less than 1 - enrich of the first gain. On grid lines
     that are walls of grooves it may take functions that fade out from them.
+    walls: whether elements that a groove or a protrusion crosses may kink where its floor or top begins and ends; each
+    such line brings two vectors on every grid line that crosses it.
     volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
     "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
     bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;
@@ -245,6 +248,7 @@ class AncfLevel(Part):
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None
+    walls: bool = False
     volumetric: Literal["relaxed", "reduced", "full"] | None = None
     integrator: Literal["trapezoidal", "generalized-alpha", "energy-momentum"] = "trapezoidal"
     time_step: Positive | None = None
@@ -336,6 +340,7 @@ class Scene(Part):
     """The whole question. See the module's docstring for coordinates and units.
 
     grooves: those stated, and after them those of the tread, whose names begin with "tread ".
+    surface_stress: whether each solver also states the von Mises stress on its surface at the last output.
     """
 
     schema_version: Literal[1] = SCHEMA
@@ -352,10 +357,12 @@ class Scene(Part):
     tread: Tread | None = None
     material: Material
     supports: tuple[Support, ...] = ()
+    rim: Rim | None = None
     loads: tuple[Load, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
+    surface_stress: bool = False
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
     ancf: Annotated[AncfLadder, Inherited] | None = None
     reference: Annotated[ReferenceLadder, Inherited] | None = None
@@ -381,6 +388,7 @@ class Scene(Part):
             "reference",
             "published",
             "sensitivity",
+            *(("rim",) if self.rim is None else ()),
         }
         return self.model_dump(mode="json", exclude=unread)
 

@@ -11,6 +11,7 @@ from compare.scene_errors import SceneError
 from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
 from compare.scene_parts import History
 from compare.scene_revolved import seam_problems
+from compare.scene_rim_checks import rim_problems
 from compare.scene_symmetry import symmetry_problems
 
 WHOLE = 1e-9  # relative: how far a ratio of two times may lie from a whole number
@@ -41,10 +42,11 @@ def problems(scene: Scene) -> Iterator[str]:
         yield from askew or symmetry_problems(scene)
         yield from _misplaced_probes(scene, with_bands=not bands)
     timed = (_probes, _pressures_and_moments, _histories, _initial, _times, _path)
-    checks = (_material, _elements, _supports, _obstacles)
+    checks = (_material, _elements, _supports, _obstacles, _stress)
     checks += timed if scene.analysis.kind != "modes" else (_timeless,)
     for check in (*checks, _points, _unloaded, _ladders, _published, _companions, _sensitivity):
         yield from check(scene)
+    yield from rim_problems(scene, list(_levels(scene)))
 
 
 def _file_names(scene: Scene) -> Iterator[str]:
@@ -130,6 +132,8 @@ def _material(scene: Scene) -> Iterator[str]:
 def _elements(scene: Scene) -> Iterator[str]:
     """What levels state that the material has no use for, or no scheme."""
     for key, level in _levels(scene):
+        if getattr(level, "walls", False) and level.enrich is not None:
+            yield f"{key}.walls = true: elements have wall functions or layers (enrich), not both; leave one out"
         stated = getattr(level, "volumetric", None)
         if scene.material.kind == "svk":
             if stated is not None:
@@ -154,7 +158,7 @@ def _supports(scene: Scene) -> Iterator[str]:
             yield f"supports.{i}.edge = {support.edge!r}: {CLAMPED.format(first=first)}"
         if support.kind == "hold":
             yield from _held(scene, i)
-    if scene.analysis.kind == "static" and not scene.supports:
+    if scene.analysis.kind == "static" and not scene.supports and scene.rim is None:
         yield "supports = []: statics without a support is singular; clamp an edge"
 
 
@@ -312,6 +316,13 @@ def _path(scene: Scene) -> Iterator[str]:
         yield f"{key}: no load grows with the load parameter; state the history of one, [[0, 0], [1, 1]]"
 
 
+def _stress(scene: Scene) -> Iterator[str]:
+    if scene.surface_stress and scene.analysis.kind == "modes":
+        yield "surface_stress = True: a mode has no size and so no stress; leave this out"
+    if scene.surface_stress and scene.material.kind != "svk":
+        yield f"surface_stress = True: told for material.kind = 'svk' only, not for {scene.material.kind!r}"
+
+
 def _bent(key: str, history: History, until: float) -> Iterator[str]:
     """The first point of a history that is no straight line from t = 0 to `until`."""
     for j, (time, _) in enumerate(history if len(history) > 1 else ()):
@@ -341,7 +352,7 @@ def _least_points(scene: Scene, level: Level) -> tuple[int, int, int]:
     least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
     if least == (1, 1, 1) or level.integration == "global":
         return least
-    held = {getattr(support, "edge", None) for support in scene.supports}
+    held = {getattr(support, "edge", None) for support in scene.supports} | set(scene.rim.edges if scene.rim else ())
     between = (
         level.mesh[k] == 1 and level.fit is None and not {f"{axis}0", f"{axis}1"} & held for k, axis in enumerate("xy")
     )

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 SHOWN = 60
 TAGS = {"rectangle", "nurbs", "revolved", "point", "edge", "patch", "gravity", "pressure", "moment", "at", "region"}
-TAGS |= {"band", "outlined"}
+TAGS |= {"axle", "band", "outlined"}
 TAGS |= {"clamp", "hold", "symmetry"}
 TAGS |= {"dynamic", "static", "modes", "svk", "mooney-rivlin"}
 LADDERS = {"ancf", "reference"}

@@ -148,8 +148,16 @@ class EdgeMoment(Part):
     history: History = CONSTANT
 
 
+class AxleLoad(Part):
+    """Dead force (N) on the rim, on the part of it that the scene models."""
+
+    kind: Literal["axle"]
+    force: Vector
+    history: History = CONSTANT
+
+
 Load = Annotated[
-    PointLoad | EdgeLoad | PatchLoad | Gravity | Pressure | EdgeMoment,
+    PointLoad | EdgeLoad | PatchLoad | Gravity | Pressure | EdgeMoment | AxleLoad,
     Field(discriminator="kind"),
 ]
 

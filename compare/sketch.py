@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from compare.scene import Band, Outlined, PointProbe, Rectangle, Scene
 from compare.scene_parts import Interval, Load, Support
+from compare.scene_rim import Rim
 from compare.treads import PREFIX
 
 SIDE = 300.0  # longest side of the plan, in the drawing's units
@@ -22,8 +23,8 @@ HEAD = (
 def sketch(scene: Scene) -> Markup:
     """The scene as an SVG element: supports, loads and probes marked, grooves shaded.
 
-    A clamped edge is hatched, a held edge or corner stands on rollers beside the components held, a plane of
-    symmetry is a chain line.
+    A clamped edge is hatched, so is one on a rim, with the directions in which it is free; a held edge or corner stands
+    on rollers beside the components held, a plane of symmetry is a chain line.
     On a curved mid-surface the plan shows the parameters x and y, scaled to a square at most, and no section.
     """
     (x0, x1), (y0, y1) = scene.surface.span
@@ -34,6 +35,7 @@ def sketch(scene: Scene) -> Markup:
     pieces = [plan.box((x0, x1), (y0, y1), 'fill="none" stroke="currentColor" stroke-width="1.5"')]
     pieces += _bands(scene, plan)
     pieces += [piece for support in scene.supports for piece in _support(plan, support)]
+    pieces += _rim(plan, scene.rim)
     pieces += _loads(scene, plan)
     pieces += _probes(scene, plan)
     pieces += _axes(plan, flat)
@@ -151,6 +153,16 @@ def _clamp(plan: _Plan, edge: str) -> Markup:
     return Markup(f'<path d="{path}" stroke="currentColor" stroke-width="3"/>') + Markup(
         f'<path d="{"".join(ticks)}" stroke="currentColor" stroke-width="1" fill="none"/>'
     )
+
+
+def _rim(plan: _Plan, rim: Rim | None) -> Iterator[Markup]:
+    for edge in () if rim is None else rim.edges:
+        yield _clamp(plan, edge)
+        (xa, ya), (xb, yb) = plan.edge(edge)
+        out_x, out_y = _outward(edge)
+        words = f"rim, free along {' '.join(rim.free)}" if rim.free else "rim"
+        anchor = {-1.0: "end", 1.0: "start"}.get(out_x, "middle")
+        yield _text((xa + xb) / 2 + 14 * out_x, (ya + yb) / 2 + 20 * out_y + 4, words, anchor)
 
 
 def _loads(scene: Scene, plan: _Plan) -> Iterator[Markup]:

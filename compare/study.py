@@ -17,6 +17,7 @@ import platform
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 from compare import pool
@@ -31,7 +32,7 @@ LIBRARIES = {
 }
 LIBRARIES["calculix"] = (*LIBRARIES["reference"], "ccx")
 SOURCES = {"calculix": ("reports.calculix_solver", "compare.external.calculix", "reference_fe")}
-CONTRACT = ("scene.py", "scene_parts.py", "scene_contact.py", "scene_outline.py", "result.py")
+CONTRACT = ("scene.py", "scene_parts.py", "scene_contact.py", "scene_outline.py", "scene_rim.py", "result.py")
 
 
 @dataclass(frozen=True)
@@ -117,19 +118,26 @@ def solve(
     jobs: int = 2,
     report: Callable[[Progress], None] = lambda progress: None,
     reuse: bool = True,
+    timed: bool = False,
 ) -> list[Entry]:
-    """Entries of the units, in their order; see `run`."""
+    """Entries of the units, in their order; see `run`.
+
+    timed: the units of the ladders, whose wall times a page compares, run alone after all others have ended; one
+    that an earlier run solved beside another is solved again.
+    """
     sweep(folder)
+    alone = {unit.key for unit in units if timed and unit.variant is None}
     distinct = {unit.key: unit for unit in reversed(units)}  # a ladder's label before a variant's
     found = {key: _kept(unit, folder) for key, unit in distinct.items()} if reuse else {}
-    entries = {key: entry for key, entry in found.items() if entry}
+    entries = {key: entry for key, entry in found.items() if entry and not (key in alone and _shared(entry))}
 
     def tell(running: tuple[tuple[str, float], ...], left: float | None) -> None:
         report(Progress(len(distinct), tuple(entries.values()), running, left))
 
     tell((), None)
     pending = [unit for key, unit in distinct.items() if key not in entries]
-    for outcome in pool.solve(pending, folder, jobs, tell):
+    together, single = ([unit for unit in pending if (unit.key in alone) is lone] for lone in (False, True))
+    for outcome in chain(pool.solve(together, folder, jobs, tell), pool.solve(single, folder, 1, tell)):
         entries[outcome.unit.key] = _finished(outcome, folder)
     return [_as(unit, entries[unit.key]) for unit in units]
 
@@ -223,6 +231,11 @@ def label(about: Unit | Entry) -> str:
 def level_name(level: Level) -> str:
     """Short name of a level: "4x4" for a grid of elements, "h=0.1" for a size in metres."""
     return "x".join(map(str, level.mesh)) if hasattr(level, "mesh") else f"h={level.size:g}"
+
+
+def _shared(entry: Entry) -> bool:
+    """Whether another unit may have run while this one was timed."""
+    return bool(entry.result.facts.get("beside"))
 
 
 def _kept(unit: Unit, folder: Path) -> Entry | None:

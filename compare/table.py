@@ -203,7 +203,7 @@ def element(level: Level) -> str:
     if not hasattr(level, "element"):
         return "P2 tetrahedron"
     beside = None if level.fit is None else " ".join(["fitted", *(f"{distance:g}" for distance in level.fit)])
-    spent = (beside, level.enrich and f"layers to {level.enrich:g}")
+    spent = (beside, level.enrich and f"layers to {level.enrich:g}", level.walls and "walls")
     return ", ".join([level.element, *filter(None, spent)])
 
 

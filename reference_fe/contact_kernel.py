@@ -12,12 +12,12 @@ import math
 import numpy as np
 from numba import njit
 
-from reference_fe.kernel import FAST, _scatter
+from reference_fe.kernel import FAST, _scatter, inlined
 
 PLANE, SPHERE, DRUM = 0, 1, 2
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _arm(body, x, r):
     """Fill r (3) from the body's centre or axis to x; returns its length, of a plane the signed height."""
     kind, origin, direction, _ = body
@@ -33,14 +33,14 @@ def _arm(body, x, r):
     return math.sqrt(r[0] * r[0] + r[1] * r[1] + r[2] * r[2])
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _mean_normal(body, r0, l0, r1, l1, n):
     """Fill n (3) with n . (x1 - x0) = l1 - l0 exactly; the unit normal where both arms are one."""
     for i in range(3):
         n[i] = body[2][i] if body[0] == PLANE or l0 + l1 == 0 else (r0[i] + r1[i]) / (l0 + l1)
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _ramp(a, b):
     """Mean of max(0, d) for d from a to b, its derivatives by a and b, and the share of the way with d > 0."""
     if a <= 0 and b <= 0:
@@ -52,7 +52,7 @@ def _ramp(a, b):
     return 0.5 * share * max(a, b), far if a > 0 else near, far if b > 0 else near, share
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _pressure(law, path, d0, d1):
     """Mean pressure while the penetration goes from d0 to d1, its derivative by d1, and the spring's part."""
     k, c = law[0], law[1]
@@ -71,7 +71,7 @@ def _pressure(law, path, d0, d1):
     return k * mean, k * (start * by_a + by_b) + c * per_step * (by_a + by_b), spring
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _friction(law, per_step, limit, n, move, slip, t, new):
     """Fill the traction t (3) and the new slip (3) of a move (3) over the step; returns the trial's size."""
     size = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
@@ -95,7 +95,7 @@ def _friction(law, per_step, limit, n, move, slip, t, new):
     return trial
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _here(place, shape, u, x):
     """Fill x (3): where a point of the reference place is, with its nodes' displacements u (a, 3)."""
     for i in range(3):
@@ -104,7 +104,7 @@ def _here(place, shape, u, x):
             x[i] += shape[a] * u[a, i]
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _meet(body, law, path, x0, x1, slip, n, n1, t, new):
     """One point going from x0 to x1: fills the mean normal n, the last one n1, the traction t of friction and the
     new slip. Returns the penetrations at both ends, mean pressure, its slope, the spring's part, the trial friction,
@@ -153,7 +153,7 @@ def add_force(body, law, path, nodes, shape, weight, place, before, slip, displa
                     force[nodes[f, a], i] += share * (pressure * n[i] + t[i])
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _stiffness(body, law, per_step, met, n, n1, t, K):
     """Fill K (3, 3) = - d(pressure n + t) / dx1 at one point, its symmetric part; without the part of the friction
     that follows the pressure, which has no symmetric counterpart."""

@@ -12,7 +12,7 @@ would then have to jump by twice its mean, forth and back; so with obstacles the
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,7 +22,7 @@ from reference_fe.pace import Attempt, Trial, equal_steps
 from reference_fe.system import System
 
 if TYPE_CHECKING:
-    from reference_fe.contact import Touch
+    from reference_fe.contact import Stretch, Touch
 
 EASY = 1 / 16  # of the allowed error: a step of twice the length has 8 times the error, half of what is allowed
 
@@ -53,7 +53,8 @@ def generalized_alpha(spectral_radius: float = 0.8) -> Scheme:
 class State:
     """Motion at one time: u, v, a (f, 3) of the free nodes; force (f, 3) = internal minus applied; energies (J).
 
-    touch: what contact remembers, with obstacles.
+    touch: what contact remembers, with obstacles. With a rim: whole (f, 3), the force on held components too, and
+    rest (f, 3), what keeps the rim's stated motion, a mean over the last step where the scheme balances one.
     """
 
     time: float
@@ -65,20 +66,36 @@ class State:
     strain: float
     external: float
     touch: Touch | None = None
+    whole: np.ndarray | None = None
+    rest: np.ndarray | None = None
 
 
 def begin(system: System, velocity: np.ndarray, time: float = 0.0) -> State:
     """State at rest position with the velocity (f, 3) in m/s; its acceleration satisfies the balance."""
     u = np.zeros_like(velocity)
     internal, strain = system.internal(u)
-    force, touch = internal - _loads(system, u, time), None
+    force, touch = internal - system.balanced(system.acting(u, time)), None
     unbalanced = force
     if system.contact is not None:
         touch = system.contact.begin(system.expand(u))
         unbalanced = force - system.free(system.contact.force_now(touch, system.expand(u), system.expand(velocity)))
+    kinetic = system.kinetic(velocity)
+    if system.rim is not None:
+        return _begin_on_rim(system, State(time, u, velocity, u, force, kinetic, strain, 0.0, touch), unbalanced)
     a = -system.solve_mass(unbalanced) if np.any(unbalanced) else np.zeros_like(u)
-    kinetic = 0.5 * float(np.sum(velocity * (system.mass @ velocity)))
     return State(time, u, velocity, a, force, kinetic, strain, 0.0, touch)
+
+
+def _begin_on_rim(system: System, state: State, unbalanced: np.ndarray) -> State:
+    """The first state with a rim, whose stated acceleration is none of the balance's."""
+    a = system.rim.spread(system.rim.stated(state.time)[2], len(state.u))
+    a = a - system.solve_mass(unbalanced + system.inertia(a))
+    whole = system.residual(state.u, state.time)
+    rest = whole + system.inertia_everywhere(a)
+    if state.touch is not None:
+        full = system.expand(state.u)
+        rest -= system.contact.force_now(state.touch, full, system.expand(state.v))[system.pattern.free]
+    return replace(state, a=a, whole=whole, rest=rest)
 
 
 def advance(
@@ -133,6 +150,12 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
     alpha_m, alpha_f, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
     dead = system.applied(until)
     predicted = state.u + h * state.v + h**2 * (0.5 - beta) * state.a
+    guess, swing = state.u + h * state.v + 0.5 * h**2 * state.a, 0.0
+    if system.rim is not None:
+        stated = system.rim.stated(until)
+        drift, swing = system.rim.lack(system.rim.stated(state.time), stated, h, beta, gamma)
+        guess, predicted = system.rim.placed(guess, stated[0]), predicted + system.rim.spread(drift, len(predicted))
+        swing = system.rim.spread(swing, len(predicted))
     known = alpha_m * system.inertia(state.a) + alpha_f * state.force
     stretch = None if system.contact is None else system.contact.during(state.touch, h, 1 - 2 * alpha_f)
     latest = {}
@@ -156,17 +179,25 @@ def step(system: System, scheme: Scheme, state: State, until: float, memory: Mem
         return latest["grip"] * (beta * h**2 / (1 - alpha_m)) / system.mass.diagonal()
 
     memory.prepare(h)
-    guess = state.u + h * state.v + 0.5 * h**2 * state.a
     solve(Equation(residual, tangent, system.scale, None if stretch is None else grip), guess.ravel(), memory)
     system.refuse_inversion(latest["u"])
-    v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"])
-    kinetic = 0.5 * float(np.sum(v * (system.mass @ v)))
-    mean = (_loads(system, state.u, state.time) + _loads(system, latest["u"], until)) / 2
+    v = state.v + h * ((1 - gamma) * state.a + gamma * latest["a"]) + swing
+    kinetic = system.kinetic(v)
+    mean = (system.acting(state.u, state.time) + system.acting(latest["u"], until)) / 2
     external = state.external + float(np.sum(mean * (latest["u"] - state.u)))
     touch = None if stretch is None else stretch.settle(system.expand(latest["u"]))
-    return State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external, touch)
+    after = State(until, latest["u"], v, latest["a"], latest["force"], kinetic, latest["strain"], external, touch)
+    return after if system.rim is None else _kept(system, scheme, state, after, stretch)
 
 
-def _loads(system: System, u: np.ndarray, time: float) -> np.ndarray:
-    """All loads (f, 3) in N."""
-    return system.applied(time) + system.following(u, time)
+def _kept(system: System, scheme: Scheme, before: State, after: State, stretch: Stretch | None) -> State:
+    """A state behind a step with what kept the rim's stated motion, and with its work."""
+    alpha_m, alpha_f = scheme.alpha_m, scheme.alpha_f
+    whole = system.residual(after.u, after.time)
+    rest = system.inertia_everywhere((1 - alpha_m) * after.a + alpha_m * before.a)
+    rest += (1 - alpha_f) * whole + alpha_f * before.whole
+    if stretch is not None:
+        rest -= stretch.force(system.expand(after.u))[0][system.pattern.free]
+    mean = rest if alpha_f else (before.rest + rest) / 2
+    external = after.external + system.rim.work(mean, before.time, after.time)
+    return replace(after, whole=whole, rest=rest, external=external)

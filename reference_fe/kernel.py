@@ -9,9 +9,12 @@ import numpy as np
 from numba import njit
 
 FAST = {"reassoc", "contract", "nsz"}  # may regroup sums; NaN and infinity keep their meaning
+# What a kernel calls is always inlined: of a function that is compiled apart the compiling process links another
+# version than the one that the cache holds, and with regrouped sums it rounds differently.
+inlined = njit(cache=True, fastmath=FAST, forceinline=True)
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _displacement_gradient(gradient, u, H):
     """Fill H (3, 3) = du/dX at one point: gradient (10, 3), u (10, 3)."""
     for i in range(3):
@@ -23,7 +26,7 @@ def _displacement_gradient(gradient, u, H):
         H[i, 0], H[i, 1], H[i, 2] = x, y, z
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _gather(field, nodes, local):
     """Copy the values (10, 3) of one element's nodes."""
     for a in range(10):
@@ -31,7 +34,7 @@ def _gather(field, nodes, local):
             local[a, i] = field[nodes[a], i]
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _stress(gradient, lam, mu, u, step, mixed, F, S):
     """Fill F and S (3, 3) at one point: gradient (10, 3), u and step (10, 3); returns the energy density."""
     if mixed:
@@ -140,7 +143,7 @@ def add_tangent(nodes, gradient, weight, lam, mu, displacement, step, mixed, fac
                     _scatter(K[a, c], True, number[nodes[e, c]], slot[e, c, a], indptr, values)
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _scatter(block, transposed, row, k, indptr, values):
     """Add a 3 x 3 block to the k-th block of a block row; of the diagonal block only its upper triangle."""
     for i in range(3):

@@ -28,7 +28,7 @@ from scipy.sparse import csr_matrix
 from skfem import Basis, BilinearForm, LinearForm
 from skfem.helpers import ddot, det, eye, grad, identity, inv, mul, trace, transpose
 
-from reference_fe.kernel import FAST, _displacement_gradient, _gather, _scatter
+from reference_fe.kernel import FAST, _displacement_gradient, _gather, _scatter, inlined
 
 SPLIT = 20.0
 
@@ -54,7 +54,7 @@ def mooney_rivlin(mu10: float, mu01: float, bulk: float) -> MooneyRivlin:
     return MooneyRivlin(mu10, mu01, k_point, bulk - k_point)
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _cofactor(F, c):
     """Fill c (3, 3) with the cofactors of F; returns det F."""
     for i in range(3):
@@ -65,7 +65,7 @@ def _cofactor(F, c):
     return F[0, 0] * c[0, 0] + F[0, 1] * c[0, 1] + F[0, 2] * c[0, 2]
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _kinematics(gradient, u, F, c, G):
     """Fill F, c and G (3, 3) at one point; returns J, I1, I2."""
     _displacement_gradient(gradient, u, F)
@@ -87,7 +87,7 @@ def _kinematics(gradient, u, F, c, G):
     return J, I1, 0.5 * (I1 * I1 - square)
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _mean_ratio(gradient, weight, u, F, c):
     """Mean of det F over an element, and its volume: gradient (q, 10, 3), weight (q,)."""
     deformed = volume = 0.0
@@ -129,7 +129,7 @@ def add_force(nodes, gradient, weight, mu10, mu01, k_point, k_mean, displacement
     return energy
 
 
-@njit(cache=True, fastmath=FAST)
+@inlined
 def _moduli(mu10, mu01, bulk, pressure, J, I1, I2, F, c, G, A):
     """Fill A (3, 3, 3, 3) = W_FF; the volumetric energy has the derivatives `pressure` and `bulk` by J."""
     first, second = mu10 * J ** (-2 / 3), mu01 * J ** (-4 / 3)

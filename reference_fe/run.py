@@ -12,6 +12,8 @@ Readings a solver must choose:
   volume of the tetrahedra is no measure, because in a thin plate it falls with the square of the size.
 - Modes are small vibrations about the undeformed solid. Rigid motions that the supports leave free are counted,
   not listed.
+- A rim's nodes are all those on the faces of its edges, its translation is their mean. What keeps its stated motion is
+  a mean over the last step where the scheme balances means (with obstacles).
 - Steps divide each output interval evenly and are never longer than the level's time step. With
   error_per_step they are halved and doubled between output times and the corners of the load histories.
 - A point of law "points" is a node of the face. A resultant and a pressure at an output time are the law's at that
@@ -24,13 +26,13 @@ import resource
 import sys
 import time as clock
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
-from compare.result import OK, Contact, Outline, Result, Shots
+from compare.result import OK, Contact, Outline, Result, Rim, Shots
 from compare.scene import ReferenceLevel, Scene
 from reference_fe import dynamics, statics
 from reference_fe.estimate import memory_mb, tetrahedra, unknowns
@@ -95,8 +97,12 @@ def _moved(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress
         newton_iterations=model.memory.iterations,
         outline=_outline(model.solid, history.last, shots=history.shots),
     )
+    if scene.surface_stress:
+        found["outline"] = replace(found["outline"], stress=_stress(scene, model, history.last))
     if model.slopes:
         found["volume_ratio"] = np.array(history.volume_ratio).reshape(-1, len(model.slopes))
+    if model.system.rim is not None:
+        found["rim"] = Rim(*np.array(history.rim).reshape(-1, 3, 3).swapaxes(0, 1))
     if history.contact is not None:
         found["contact"] = Contact(**history.contact.arrays(model.frame))
     return found, history.facts
@@ -145,6 +151,7 @@ class History:
     steps: int = 0
     shots: Shots = field(default_factory=Shots)
     volume_ratio: list[list[float]] = field(default_factory=list)
+    rim: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list)
 
 
 def _march(scene: Scene, level: ReferenceLevel, model: Model, progress: Progress) -> History:
@@ -230,6 +237,8 @@ def _record(history: History, model: Model, state: dynamics.State | statics.Bala
         values.append(pressed[kind] if kind in pressed else getattr(state, kind, 0.0))
     if model.slopes:
         history.volume_ratio.append([float(np.linalg.det(np.eye(3) + slope @ full)) for slope in model.slopes])
+    if model.system.rim is not None:
+        history.rim.append(model.system.rim.pull(state.rest, state.u, state.time))
     if history.contact is not None:
         velocity = getattr(state, "v", np.zeros_like(state.u))
         history.contact.add(state.touch, full, model.system.expand(velocity))
@@ -308,6 +317,13 @@ def _outline(
     if shots is not None and shots.states:
         path, index = np.array([state[nodes] for state in shots.states], np.float32), np.array(shots.index)
     return Outline(solid.mesh.doflocs.T[nodes], displacement[nodes], triangles, edges, modes, path, index)
+
+
+def _stress(scene: Scene, model: Model, displacement: np.ndarray) -> np.ndarray:
+    """Von Mises stress (n,) at the nodes of the surface."""
+    from reference_fe.stress import von_mises
+
+    return von_mises(model.solid, displacement, material_of(scene))[surface_triangles(model.solid)[0]]
 
 
 def _peak_mb() -> float:

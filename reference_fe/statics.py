@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Balance:
-    """Equilibrium at one load parameter `time`: u (f, 3) in m, applied force (f, 3) in N, energies (J).
+    """Equilibrium at one load parameter `time`: u (f, 3) in m, loads (f, 3) in N, energies (J).
 
-    touch: what contact remembers, with obstacles.
+    touch: what contact remembers, with obstacles. rest (f, 3): forces in N that keep a rim's stated motion.
     """
 
     time: float
@@ -29,6 +29,7 @@ class Balance:
     strain: float
     external: float
     touch: Touch | None = None
+    rest: np.ndarray | None = None
 
 
 def begin(system: System, time: float = 0.0) -> Balance:
@@ -46,7 +47,7 @@ def advance(system: System, state: Balance, until: float, step: float, memory: M
 def balance(system: System, state: Balance, until: float, memory: Memory) -> Balance:
     """The equilibrium at `until` that Newton reaches from `state`. Raises NewtonFailure."""
     dead = system.applied(until)
-    applied = dead + system.following(state.u, until)
+    applied = system.acting(state.u, until)
     stretch = None if system.contact is None else system.contact.at_rest(state.touch)
     latest = {"u": state.u, "strain": state.strain}
 
@@ -63,13 +64,21 @@ def balance(system: System, state: Balance, until: float, memory: Memory) -> Bal
         change = None if step is None else step.reshape(-1, 3)
         return system.tangent_loaded(unknowns.reshape(-1, 3), until, step=change, stretch=stretch)
 
-    if stretch is not None or np.any(applied != state.applied):
-        near = state.u.ravel()
+    begin = state.u if system.rim is None else system.rim.placed(state.u, system.rim.stated(until)[0])
+    if stretch is not None or np.any(applied != state.applied) or np.any(begin != state.u):
+        near = begin.ravel()
         if isinstance(system.material, Lame):
             near = solve_mixed(residual, tangent, near, system.scale, memory)
         solve(Equation(residual, tangent, system.scale), near, memory)
         system.refuse_inversion(latest["u"])
-        applied = dead + system.following(latest["u"], until)
+        applied = system.acting(latest["u"], until)
     external = state.external + 0.5 * float(np.sum((state.applied + applied) * (latest["u"] - state.u)))
     touch = None if stretch is None else stretch.settle(system.expand(latest["u"]))
-    return Balance(until, latest["u"], applied, latest["strain"], external, touch)
+    rest = None
+    if system.rim is not None:
+        rest = system.residual(latest["u"], until)
+        rest -= 0.0 if stretch is None else stretch.force(system.expand(latest["u"]))[0][system.pattern.free]
+        begun = state.rest is not None
+        mean = (rest + (state.rest if begun else 0.0)) / 2
+        external += system.rim.work(mean, state.time if begun else None, until)
+    return Balance(until, latest["u"], applied, latest["strain"], external, touch, rest)

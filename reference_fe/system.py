@@ -18,6 +18,7 @@ from reference_fe.pressure import FollowerPressure
 
 if TYPE_CHECKING:
     from reference_fe.contact import Contact, Stretch
+    from reference_fe.rim import Rim
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,7 @@ class System:
 
     mass: scalar (f, f) in kg, or None in statics; scale: length (m) below which displacements do not matter;
     fixed: single components held; moments: loads that turn with an edge; pressures: loads that follow a face;
-    contact: with obstacles.
+    contact: with obstacles; rim: what holds edges and moves, its components fixed ones but for those that it ties.
     """
 
     table: Table
@@ -52,11 +53,13 @@ class System:
     moments: tuple[Moment, ...] = ()
     pressures: tuple[FollowerPressure, ...] = ()
     contact: Contact | None = None
+    rim: Rim | None = None
 
     @property
     def unknowns(self) -> int:
-        """Number of displacement components to find."""
-        return 3 * self.pattern.free.size - (0 if self.fixed is None else int(self.fixed.mask.sum()))
+        """Number of displacement components to find; those that a rim ties are one."""
+        tied = 0 if self.rim is None else int(self.rim.tied.sum()) - len(self.rim.free)
+        return 3 * self.pattern.free.size - tied - (0 if self.fixed is None else int(self.fixed.mask.sum()))
 
     def expand(self, u: np.ndarray) -> np.ndarray:
         """Values (n, 3) at all nodes from those (f, 3) at the free ones; zero where held."""
@@ -72,10 +75,22 @@ class System:
 
     def free(self, force: np.ndarray) -> np.ndarray:
         """Forces (f, 3) on the free nodes of those (n, 3) on all, without those on held components."""
-        own = force[self.pattern.free]
+        return self.balanced(force[self.pattern.free])
+
+    def balanced(self, own: np.ndarray) -> np.ndarray:
+        """Forces (f, 3) on free nodes without those on held components, a rim's summed."""
         if self.fixed is not None:
             own[self.fixed.mask] = 0.0
-        return own
+        return own if self.rim is None else self.rim.summed(own)
+
+    def acting(self, u: np.ndarray, time: float) -> np.ndarray:
+        """All loads (f, 3) in N, dead and following, those on held components included."""
+        return (self.loads(time) + self._following(self.expand(u), time))[self.pattern.free]
+
+    def residual(self, u: np.ndarray, time: float) -> np.ndarray:
+        """Internal force less all loads (f, 3), on held components too."""
+        force, _ = internal_force(self.table, self.material, self.expand(u))
+        return force[self.pattern.free] - self.acting(u, time)
 
     def applied(self, time: float) -> np.ndarray:
         """Dead forces (f, 3) in N at a time (s)."""
@@ -83,17 +98,26 @@ class System:
 
     def following(self, u: np.ndarray, time: float) -> np.ndarray:
         """Forces (f, 3) in N of what follows the motion: moments turn with their edges, pressures with their faces."""
-        full = self.expand(u)
+        return self.free(self._following(self.expand(u), time))
+
+    def _following(self, full: np.ndarray, time: float) -> np.ndarray:
+        """The same on all nodes (n, 3)."""
         forces = [moment.at(full, time)[0] for moment in self.moments]
         forces += [pressure.force(full, time) for pressure in self.pressures]
-        return self.free(sum(forces, np.zeros_like(full)))
+        return sum(forces, np.zeros_like(full))
 
     def inertia(self, a: np.ndarray) -> np.ndarray:
         """Force (f, 3) in N that the acceleration (f, 3) takes."""
+        return self.balanced(self.inertia_everywhere(a))
+
+    def inertia_everywhere(self, a: np.ndarray) -> np.ndarray:
+        """The same with that on held components."""
         force = self.mass @ a
-        if self.fixed is not None:
-            force[self.fixed.mask] = 0.0
-        return force
+        return force if self.rim is None else force + self.rim.inertia(a)
+
+    def kinetic(self, v: np.ndarray) -> float:
+        """Kinetic energy (J) of velocities (f, 3)."""
+        return 0.5 * float(np.sum(v * (self.mass @ v if self.rim is None else self.inertia_everywhere(v))))
 
     def pressed(self, stretch: Stretch, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Contact forces (f, 3) in N on the way to u, and the contact's stiffness (f,) in N/m at the nodes."""
@@ -149,6 +173,8 @@ class System:
 
     def solve_mass(self, force: np.ndarray) -> np.ndarray:
         """Acceleration (f, 3) in m/s2 that the force (f, 3) in N gives the mass."""
+        if self.rim is not None:
+            return self._solve_tied_mass(force)
         upper = csr_matrix(triu(self.mass))
         upper.sort_indices()
         solver = direct_solver(upper.indptr, upper.indices)
@@ -164,9 +190,21 @@ class System:
         solver.close()
         return acceleration
 
+    def _solve_tied_mass(self, force: np.ndarray) -> np.ndarray:
+        """The same where a rim couples the components of nodes."""
+        solver = self.memory().solver
+        solver.factorise(self._without_fixed(self.mass_values.copy()))
+        acceleration = solver.solve(force.ravel()).reshape(-1, 3)
+        solver.close()
+        return acceleration
+
     def memory(self) -> Memory:
         """A fresh factorisation memory for this system's pattern."""
         where = self.pattern
+        if self.rim is not None and self.rim.free:
+            from reference_fe.rim import TiedSolver
+
+            return Memory(TiedSolver(where, self.rim.groups()), diagonal=where.indptr[:-1])
         return Memory(direct_solver(where.indptr, where.indices), diagonal=where.indptr[:-1])
 
 
@@ -180,16 +218,23 @@ def assemble(
     held: np.ndarray | None = None,
     moments: tuple[Moment, ...] = (),
     pressures: tuple[FollowerPressure, ...] = (),
+    rim: Rim | None = None,
 ) -> System:
     """System from a mesh's table and pattern and its scalar mass (n, n) on all nodes.
 
     held (n, 3): components without motion; the pattern leaves out the nodes where none moves.
     """
-    fixed = None if held is None or not held[pattern.free].any() else _fixed(pattern, held[pattern.free])
+    mask = np.zeros((pattern.free.size, 3), dtype=bool) if held is None else held[pattern.free]
+    mask = mask if rim is None else mask | rim.held
+    fixed = _fixed(pattern, mask) if mask.any() else None
+    acting = loads, scale, fixed, moments, pressures, None, rim
     if mass is None:
-        return System(table, material, pattern, None, None, loads, scale, fixed, moments, pressures)
+        return System(table, material, pattern, None, None, *acting)
     free = csr_matrix(mass[pattern.free][:, pattern.free])
-    return System(table, material, pattern, free, mass_values(free, pattern), loads, scale, fixed, moments, pressures)
+    values = mass_values(free, pattern)
+    if rim is not None and rim.free:
+        values[pattern.indptr[[group[0] for group in rim.groups()]]] += rim.mass
+    return System(table, material, pattern, free, values, *acting)
 
 
 def _fixed(pattern: Pattern, mask: np.ndarray) -> Fixed:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 from compare.scene import Feature as SceneFeature
 from compare.scene import Profile, Scene, Section
-from reference_fe.elasticity import Lame, lame, pattern, scalar_mass, tabulate
+from reference_fe.elasticity import Lame, Pattern, lame, pattern, scalar_mass, tabulate
 from reference_fe.geometry import Band, Curve, Feature, Floor, Interval, Outlined, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
 from reference_fe.mesh import Solid, Spacing
@@ -22,6 +23,9 @@ from reference_fe.surface import Frame, Revolved, Surface, lengths
 from reference_fe.system import System, assemble
 
 EDGE_SAMPLES = 33
+if TYPE_CHECKING:
+    from reference_fe.rim import Rim
+
 RATIO = 0.5  # edge length at sides and grooves over that elsewhere
 RULE_DEGREE = 4  # 11 points: the least rule that integrates force and tangent exactly on straight tetrahedra
 
@@ -50,7 +54,8 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     fixed = np.zeros((solid.places.shape[1], 3), dtype=bool)
     for support in scene.supports:
         fixed |= held(solid, *_support(scene, frame, support))
-    acting = [_load(scene, frame, solid, load, mass) for load in scene.loads]
+    centre = _rim_centre(scene, frame, solid)
+    acting = [_load(scene, frame, solid, load, mass, centre) for load in scene.loads]
     loads = load_at(tuple(load for load in acting if isinstance(load, Load)), fixed.shape)
     moments, pressures = (tuple(load for load in acting if isinstance(load, k)) for k in (Moment, FollowerPressure))
     probes = [_probe(frame, solid, probe) for probe in scene.probes]
@@ -58,14 +63,39 @@ def discretise(scene: Scene, frame: Frame, solid: Solid) -> Model:
     slopes = [point_slopes(solid, (*frame.place(at[:2]), at[2])) for at in asked]
     table = tabulate(solid, RULE_DEGREE)
     where = pattern(table.nodes, fixed.all(axis=1), [np.flatnonzero(moment.slope) for moment in moments])
-    system = assemble(table, material_of(scene), where, mass, loads, 1e-6 * solid.extent, fixed, moments, pressures)
+    rim = _rim(scene, solid, where, centre, fixed)
+    acting = loads, 1e-6 * solid.extent, fixed, moments, pressures, rim
+    system = assemble(table, material_of(scene), where, mass, *acting)
     if scene.obstacles:
         from reference_fe.obstacles import contact_of
 
         system = replace(system, contact=contact_of(scene.obstacles, solid, where))
     velocity = np.where(fixed, 0.0, _velocity(scene, solid.mesh.doflocs.T))[where.free]
+    velocity = velocity if rim is None else rim.placed(velocity, rim.stated(0.0)[1])
     total = None if mass is None else float(mass.sum())
     return Model(frame, solid, system, system.memory(), probes, slopes, velocity, total)
+
+
+def _rim_centre(scene: Scene, frame: Frame, solid: Solid) -> np.ndarray | None:
+    """Weights (n,) of the nodes whose mean is the rim's centre, None without a rim; its code is loaded only here."""
+    if scene.rim is None:
+        return None
+    from reference_fe.rim import centre_of
+
+    places = [(_edge(scene, frame, edge),) for edge in scene.rim.edges]
+    on = np.any([held(solid, place, (0,))[:, 0] for place in places], axis=0)
+    return centre_of(on, solid.mesh.doflocs.T, np.array(scene.rim.spin))
+
+
+def _rim(scene: Scene, solid: Solid, where: Pattern, centre: np.ndarray | None, fixed: np.ndarray) -> Rim | None:
+    if centre is None:
+        return None
+    from reference_fe.rim import rim
+
+    own = scene.rim
+    motion = {"displacement": np.array(own.displacement), "history": np.array(own.history), "spin": np.array(own.spin)}
+    stated = {"free": tuple("XYZ".index(component) for component in own.free), "mass": own.mass, **motion}
+    return rim(where, centre, fixed, solid.mesh.doflocs.T, stated)
 
 
 def material_of(scene: Scene) -> Lame | MooneyRivlin:
@@ -228,8 +258,8 @@ def _feet(band: Band, half: float, cut: bool) -> list[tuple[Interval, Interval, 
     return [(band.along, across, z) if band.axis == 0 else (across, band.along, z) for across, z in lines]
 
 
-def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment | FollowerPressure:
-    """A load of the scene on the nodes."""
+def _load(scene: Scene, frame: Frame, solid: Solid, load, mass, centre) -> Load | Moment | FollowerPressure:
+    """A load of the scene on the nodes; centre (n,): weights of the rim's."""
     history = np.array(load.history)
     if load.kind == "pressure":
         side = -1 if load.face == "bottom" else 1
@@ -240,7 +270,11 @@ def _load(scene: Scene, frame: Frame, solid: Solid, load, mass) -> Load | Moment
         slope = slope_share(solid, *_edge(scene, frame, load.edge))
         return Moment(slope, slope @ solid.mesh.doflocs.T, np.array(load.moment), history)
     if load.kind == "gravity":
-        return Load(np.outer(np.asarray(mass.sum(axis=1)).ravel(), load.acceleration), history)
+        row = np.asarray(mass.sum(axis=1)).ravel()
+        row = row if centre is None else row + scene.rim.mass * centre
+        return Load(np.outer(row, load.acceleration), history)
+    if load.kind == "axle":
+        return Load(np.outer(centre, load.force), history)
     if load.kind == "point":
         share = line_share(solid, frame.place(load.at))
     elif load.kind == "edge":

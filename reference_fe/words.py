@@ -19,6 +19,7 @@ def words(scene: Scene, level: ReferenceLevel) -> tuple[list[str], list[str]]:
         *(f"groove {band.name}, cut from the solid" for band in scene.grooves),
         *(f"protrusion {band.name}, fused to the solid" for band in scene.protrusions),
         *(_support_words(support) for support in scene.supports),
+        *([] if scene.rim is None else [_rim_words(scene.rim)]),
         *(f"{load.kind} load, {_following(load)}" for load in scene.loads),
         *(_obstacle_words(obstacle) for obstacle in scene.obstacles),
     ]
@@ -52,6 +53,14 @@ def _support_words(support) -> str:
     return f"hold: {', '.join(support.components)} displacements {where}"
 
 
+def _rim_words(rim) -> str:
+    """What holds the faces of edges as one body."""
+    along = f", free along {', '.join(rim.free)}" if rim.free else ""
+    turning = f", turned at {list(rim.spin)} rad/s" if any(rim.spin) else ""
+    moved = ", moved as stated" if any(rim.displacement) else ""
+    return f"rim: the faces of {', '.join(rim.edges)} move as one rigid body{along}{moved}{turning}"
+
+
 def _obstacle_words(obstacle) -> str:
     """What the plate may touch, and how."""
     friction = f", Coulomb friction {obstacle.friction:g}" if obstacle.friction else ""
@@ -75,7 +84,7 @@ def _absent(scene: Scene) -> dict[str, bool]:
     return {
         "gravity": has_gravity(scene),
         "grooves": bool(scene.grooves),
-        "supports": bool(scene.supports),
+        "supports": bool(scene.supports or scene.rim),
         "contact": bool(scene.obstacles),
         "initial velocity": scene.initial is not None,
         "inertia": scene.analysis.kind != "static",

@@ -10,12 +10,14 @@ from scipy.spatial import cKDTree
 
 from compare.bodies import Body, pack
 from compare.report import Bodies
-from compare.result import Result
+from compare.result import Outline, Result
 from compare.study import Entry, level_name
 from compare.table import element, height, in_ladders, unit
 from reports.ladders import NAMES, ladders, named, scenes
 
 ALLOWED = 2_600_000  # bytes of all bodies of a page: with pictures and plots it stays below 5 MB
+NEAR = (24, 500)  # triangles, by their middles, among which the one that holds a point is looked for
+FAR = 2e-3  # of the body's size: farther from every triangle a point is not on the other surface
 REACH = 0.1  # of the body's size: the largest displacement of a mode
 
 
@@ -24,16 +26,17 @@ def bodies(entries: Sequence[Entry]) -> Bodies | None:
 
     What room is left goes to the outputs on the way there of the finest levels, small ones first. None without any.
     """
+    measure = {scene.name: _reference(entries, scene.name) for scene in scenes(entries)}
     finest = {f.finest.key for scene in scenes(entries) for f in ladders(entries, scene.name) if f.finest}
     ordered, packed, room = _ordered(entries, finest), {}, ALLOWED
     for entry in ordered:
-        body = _body(entry, moving=False)
+        body = _body(entry, measure[entry.scene.name], moving=False)
         if body.size <= room:
             packed[entry.key] = body
             room -= body.size
     for entry in sorted(ordered, key=lambda e: len(e.result.outline.points)):
         if entry.key in finest and entry.key in packed:
-            body = _body(entry, moving=True)
+            body = _body(entry, measure[entry.scene.name], moving=True)
             more = body.size - packed[entry.key].size
             if more <= room:
                 packed[entry.key] = body
@@ -55,11 +58,17 @@ def _ordered(entries: Sequence[Entry], finest: set[str]) -> list[Entry]:
     return list({entry.key: entry for entry in ordered}.values())
 
 
-def _body(entry: Entry, moving: bool) -> Body:
+def _reference(entries: Sequence[Entry], scene: str) -> Entry | None:
+    """The reference's finest run of a scene: what the other bodies' errors are measured from."""
+    found = [ladder.finest for ladder in ladders(entries, scene) if ladder.solver == "reference" and ladder.finest]
+    return next((entry for entry in found if entry.result.outline is not None), None)
+
+
+def _body(entry: Entry, reference: Entry | None, moving: bool) -> Body:
     """A run's body; moving: with the outputs on the way to its last one."""
     result = entry.result
     steps, shapes = _modes(result) if result.outline.modes is not None else _path(entry, moving)
-    header, data = pack(result.outline, steps, shapes, _fields(entry))
+    header, data = pack(result.outline, steps, shapes, _fields(entry, reference))
     value = height(entry) if unit(entry.scene) == "m" else None
     label = f"{named(entry.solver)} {level_name(entry.level)}, {element(entry.level)}"
     label += f", {result.unknowns} unknowns" + ("" if value is None else f", {value:.5f} m".replace("-", "\u2212"))
@@ -86,7 +95,61 @@ def _path(entry: Entry, moving: bool) -> tuple[list[str], np.ndarray]:
     return steps, np.array([*(outline.path[i] for i in chosen), outline.displacement], float)
 
 
-def _fields(entry: Entry) -> dict[str, np.ndarray]:
+def _fields(entry: Entry, reference: Entry | None) -> dict[str, np.ndarray]:
+    """What a body's last step may be coloured by, each under its name with its unit."""
+    outline = entry.result.outline
+    found = {} if outline.stress is None else {"von Mises stress at the end (Pa)": _joined(outline)}
+    apart = None if reference is None or reference.key == entry.key else _apart(outline, reference.result.outline)
+    if apart is not None:
+        found[f"distance from the reference {level_name(reference.level)} at the end (m)"] = apart
+    return found | _contact(entry)
+
+
+def _joined(outline: Outline) -> np.ndarray:
+    """Stress (n,), of elements that meet at a point and move alike there their mean."""
+    rows = np.round(np.hstack([outline.points, outline.displacement]), 9)
+    _, place, count = np.unique(rows, axis=0, return_inverse=True, return_counts=True)
+    return (np.bincount(place.ravel(), outline.stress) / count)[place.ravel()]
+
+
+def _apart(outline: Outline, other: Outline) -> np.ndarray | None:
+    """Sizes (n,) in m of the difference of two solvers' displacements, where the other's surface has this one's points.
+
+    The other's displacement is interpolated in the triangle of its surface that a point lies in. None where a point
+    in a hundred lies on no triangle (within FAR of the body's size): the surfaces are then not one and the same. A
+    mode has no size, and its sign means nothing: none for modes.
+    """
+    if outline.modes is not None or other.modes is not None:
+        return None
+    far = FAR * np.linalg.norm(np.ptp(outline.points, axis=0))
+    there, missed = _read_off(other, outline.points, NEAR[0])
+    lost = missed > far  # beside triangles of very different sizes the nearest middles are not enough
+    if lost.any():
+        there[lost], missed[lost] = _read_off(other, outline.points[lost], NEAR[1])
+    if np.mean(missed > far) > 0.01:
+        return None
+    return np.linalg.norm(outline.displacement - there, axis=1)
+
+
+def _read_off(other: Outline, points: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Displacements (n, 3) of a surface at points (n, 3), and how far (m) each is from the nearest of the `count`
+    triangles whose middles are closest."""
+    corners = other.points[other.triangles]
+    sides = corners[:, 1:] - corners[:, :1]
+    inverse = np.linalg.pinv(sides.swapaxes(1, 2))
+    _, near = cKDTree(corners.mean(axis=1)).query(points, k=min(count, len(corners)))
+    near = near.reshape(len(points), -1)
+    r = points[:, None] - corners[near, 0]
+    inside = np.clip(np.einsum("qkai,qki->qka", inverse[near], r), 0.0, 1.0)
+    inside /= np.maximum(inside.sum(axis=-1, keepdims=True), 1.0)
+    missed = np.linalg.norm(r - np.einsum("qka,qkai->qki", inside, sides[near]), axis=-1)
+    best = np.arange(len(points)), missed.argmin(axis=1)
+    moved = other.displacement[other.triangles[near[best]]]
+    there = moved[:, 0] + np.einsum("qa,qai->qi", inside[best], moved[:, 1:] - moved[:, :1])
+    return there, missed[best]
+
+
+def _contact(entry: Entry) -> dict[str, np.ndarray]:
     """Contact at the last output on the nodes of a flat plate's surface: that of the nearest contact point, 0 away.
 
     Where several obstacles may touch a face each has its points there: what they press is summed.

@@ -1,7 +1,7 @@
 """What studies of many units have in common: units in processes, a page with its json, a line per figure.
 
-Every unit runs in a process of its own with one thread. A unit that fails is a row with the failure's name; nothing
-else is lost by it.
+Every unit runs in a process of its own with one thread and is kept (`reports.keep`), so that a study that was killed
+goes on where it was. A unit that fails is a row with the failure's name; nothing else is lost by it.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -19,16 +20,23 @@ from compare.report import Commands, Facts, Page, Section, Verdict, write
 from compare.scene import BUDGETS
 from compare.verdict import Figure
 from reports.hard_cases.chapter import Asked, Outcome
+from reports.keep import kept, tidy
 from reports.unit import Measured, measure
 
 OUT = Path("reports/build")
 Parts = dict[str, list[Outcome]]  # outcomes by the part of the page that they belong to
+Take = Callable[[str, dict[str, Any]], Measured]
 Tell = Callable[[Outcome, float], None]
 
 
 def afresh(name: str, arguments: dict[str, Any]) -> Measured:
     """Measure a unit."""
     return measure(name, **arguments)
+
+
+def taking(folder: Path, fresh: bool) -> Take:
+    """How a study that writes into `folder` takes its units: those kept there are read, unless all are to be fresh."""
+    return afresh if fresh else partial(kept, tidy(folder / "results" / "units"))
 
 
 def say(outcome: Outcome, done: float) -> None:
@@ -40,17 +48,23 @@ def say(outcome: Outcome, done: float) -> None:
 def outcomes(
     asked: Sequence[tuple[str, Asked]],
     jobs: int,
-    take: Callable[[str, dict[str, Any]], Measured] = afresh,
+    take: Take = afresh,
     tell: Tell = say,
 ) -> Parts:
-    """Run units, each under its part, `jobs` at a time. take: measures one, or knows it from before."""
+    """Run units, each under its part, `jobs` at a time. take: measures one, or knows it from before.
+
+    An interrupt starts no other unit; what was measured is kept by `take`.
+    """
     found: Parts = {}
-    with ThreadPoolExecutor(jobs) as pool:
+    pool = ThreadPoolExecutor(jobs)
+    try:
         waiting = [(part, unit, pool.submit(take, unit.name, unit.arguments)) for part, unit in asked]
         for done, (part, unit, future) in enumerate(waiting, 1):
             outcome = Outcome(unit, future.result())
             found.setdefault(part, []).append(outcome)
             tell(outcome, done / len(waiting))
+    finally:
+        pool.shutdown(cancel_futures=True)
     return found
 
 
@@ -103,4 +117,5 @@ def parser(name: str, lead: str) -> argparse.ArgumentParser:
     found.add_argument("--budget", choices=BUDGETS, default="standard")
     found.add_argument("--jobs", type=int, default=2, metavar="N", help="processes at a time, one thread each (2)")
     found.add_argument("--out", type=Path, default=OUT, metavar="DIR")
+    found.add_argument("--fresh", action="store_true", help="measure everything again, reuse nothing")
     return found

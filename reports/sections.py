@@ -114,10 +114,10 @@ def _timed(entries: Sequence[Entry]) -> str:
     counts = sorted({entry.repeats for entry in entries if entry.ok})
     runs = f"{counts[0]} to {counts[-1]} runs" if len(counts) > 1 else f"{counts[0]} runs" if counts else "no run"
     beside = sum(bool(entry.result.facts.get("beside")) for entry in entries if entry.ok)
-    words = f" {beside} of {len(entries)} may have shared the machine with another run (--jobs 1 --fresh times alone)."
+    words = f" {beside} of {len(entries)} may have shared the machine with another run (--timed runs each alone)."
     return (
         f"Wall time: least of {runs} in one process, one thread; the start of the process is not in it."
-        f"{words if beside else ''}"
+        f"{words if beside else ' No other run of the study shared the machine.'}"
     )
 
 

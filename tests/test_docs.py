@@ -2,6 +2,7 @@
 
 import argparse
 import doctest
+import json
 import re
 import shlex
 import tomllib
@@ -15,6 +16,7 @@ from compare import cli
 from compare.scene import load
 
 ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -63,3 +65,47 @@ def test_a_shown_command_is_one(line):
         assert isinstance(cli.parser().parse_args(shlex.split(line)[1:]), argparse.Namespace)
     except SystemExit as end:
         pytest.fail(f"{line}: exit status {end.code}")
+
+
+def printed():
+    """The rows of the README's table: (solver, mesh or size, unknowns, height in m, difference in percent)."""
+    lines = re.findall(r"^\| (ANCF|reference)(.*?) \| (.*?) \| ([\d,]+) \| (.*?) m \| (.*?)%? ?\|$", README, re.M)
+    found = []
+    for solver, element, mesh, unknowns, height, apart in lines:
+        height, apart = (word.replace("\u2212", "-").strip() for word in (height, apart))
+        mesh = mesh.replace(" m", "").replace(" ", "")
+        found.append((solver, element, mesh, int(unknowns.replace(",", "")), float(height), float(apart or 0)))
+    return found
+
+
+def test_the_readmes_table_is_the_accepted_one():
+    """To its five digits; its differences are those of its own heights, in percent of the last one."""
+    rows = json.loads((ROOT / "reports" / "baselines" / "cantilever.json").read_text())["rows"]
+    rows = [row for row in rows if (row["load"], row["groove"]) == ("patch", "none")]
+    kinds = {"the paper's": "conforming", "enriched": "enriched", "": "P2 tetrahedron"}
+    checked = 0
+    for _, element, mesh, _, height, apart in printed():
+        kind = next(kind for word, kind in kinds.items() if word in element)
+        found = [row["value"] for row in rows if row["element"] == kind and row["mesh"] == mesh]
+        assert [round(value, 5) for value in found] in ([height], []), (kind, mesh)
+        checked += len(found)
+        assert apart == pytest.approx(100 * (height / printed()[-1][4] - 1), abs=0.006)
+    assert checked == 3 and len(printed()) == 4
+
+
+@pytest.mark.slow
+def test_the_readmes_last_row_is_what_the_reference_finds():
+    """h = 0.05 m belongs to the standard budget, which no gate runs; the unknowns of every row too."""
+    from ancf.run import estimate
+    from reference_fe.run import solve
+
+    scene = load("cantilever_plain_patch")
+    for solver, element, mesh, unknowns, height, _ in printed():
+        if solver == "ANCF":
+            kind = "enriched" if "enriched" in element else "conforming"
+            levels = [e for e in scene.ladder("ancf") if e.element == kind and "x".join(map(str, e.mesh)) == mesh]
+            assert estimate(scene, levels[0])["unknowns"] == unknowns
+        else:
+            level = next(level for level in scene.ladder("reference") if f"h={level.size:g}" == mesh)
+            result = solve(scene, level)
+            assert (result.unknowns, round(float(result.position("P")[-1, 2]), 5)) == (unknowns, height)

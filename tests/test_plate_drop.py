@@ -101,7 +101,7 @@ def test_a_study_whose_units_failed_does_not_end_well(tmp_path, monkeypatch, cap
         if broken:
             first = found["subdomains"][-1].asked
             found["subdomains"][-1] = Outcome(first, Measured(first.name, first.arguments, "failed: it broke"))
-        monkeypatch.setattr(study, "run", lambda budget, jobs, found=found: found)
+        monkeypatch.setattr(study, "run", lambda budget, jobs, take, found=found: found)
         monkeypatch.setattr(study, "publish", lambda *_: tmp_path)
         assert study.main(["--budget", "quick"]) == status
     assert "not judged" in capsys.readouterr().out

@@ -59,6 +59,24 @@ def test_a_groove_adds_no_operation(plates):
     assert len(plain.form_of) == len(grooved.form_of)
 
 
+def test_equal_elements_go_through_few_products(plates):
+    """A portion without grooves takes three products: P, the symmetric and the antisymmetric part."""
+    products = {name: [len(p.stress) + len(p.tangent) for p in elements(plates[name])._portions] for name in plates}
+    assert products["cantilever_plain"] == [3] * (256 // PORTION)
+    forms = len(elements(plates["cantilever"]).stress)
+    assert sum(products["cantilever"]) <= 3 * (256 // PORTION + forms - 1)  # a form begins once, or with a portion
+
+
+def test_images_halve_the_forms_of_a_plate_with_free_edges():
+    """3x3 enriched elements, clamped on one side: inside, on an edge, in a corner; without images six. A force reads
+    three tensors, and up to three elements that share one are multiplied one by one."""
+    ours = AncfLevel(mesh=(3, 3), points=(5, 5, 3), time_step=0.02)
+    quadratic = elements(ancf.run.build(load("cantilever_plain_patch"), ours))
+    assert len(quadratic.stress) == 3
+    assert sorted(np.bincount(quadratic.form_of)) == [2, 2, 5]
+    assert [product.vectors.ndim for product in quadratic._portions[0].stress].count(1) == 4
+
+
 def flops(quadratic):
     """Multiplications and additions of the three products of one tangent: P, six symmetric and three odd parts."""
     sizes = {name: np.prod(getattr(quadratic, name).shape[1:]) for name in ("stress", "symmetric", "antisymmetric")}

@@ -143,16 +143,25 @@
   }
 
   function placed(drawn) {
-    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity], seen = [];
     for (const shape of [null, ...drawn.shapes]) {
       drawn.points.forEach((value, i) => {
         const moved = value + (shape ? shape[i] : 0), k = i % 3;
         low[k] = Math.min(low[k], moved);
         high[k] = Math.max(high[k], moved);
+        seen.push(moved);
       });
     }
     const centre = low.map((value, k) => (value + high[k]) / 2);
-    return turning(centre, 0.38 * Math.hypot(...high.map((value, k) => value - low[k])));
+    const camera = turning(centre, 1), { right, up } = camera.axes(), [wide, tall] = [view.canvas.clientWidth, view.canvas.clientHeight];
+    let [across, above] = [0, 0];
+    for (let i = 0; i < seen.length; i += 3) {
+      const at = [0, 1, 2].map((k) => seen[i + k] - centre[k]), along = (axis) => Math.abs(at[0] * axis[0] + at[1] * axis[1] + at[2] * axis[2]);
+      across = Math.max(across, along(right));
+      above = Math.max(above, along(up));
+    }
+    camera.reach = 1.06 * Math.max(across * Math.min(1, tall / wide), above * Math.min(1, wide / tall)) || 1;
+    return camera;
   }
 
   for (const row of document.querySelectorAll("tr[data-run]")) {

@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import importlib
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -21,7 +20,6 @@ from compare.report import Bullets, Commands, Facts, Page, Section, Verdict, wri
 from compare.verdict import Figure, at_most
 from reports import frame
 from reports.hard_cases.chapter import Chapter
-from reports.keep import kept, tidy
 
 CHAPTERS: tuple[str, ...] = (
     "elements",
@@ -58,13 +56,9 @@ def run(
     budget: str,
     jobs: int = 2,
     tell: frame.Tell = lambda outcome, done: None,
-    folder: Path | None = None,
+    take: frame.Take = frame.afresh,
 ) -> dict[str, Chapter]:
-    """Chapters by name. tell: called after each unit with its outcome and the fraction that is done.
-
-    folder: where measurements are kept and read again; without one each is made.
-    """
-    take = partial(kept, tidy(folder)) if folder else frame.afresh
+    """Chapters by name. tell: called after each unit with its outcome and the fraction that is done."""
     asked = [(name, unit) for name in names for unit in chapter(name).units(budget)]
     found = frame.outcomes(asked, jobs, take, tell)
     return {name: chapter(name).present(found.get(name, [])) for name in names}
@@ -117,9 +111,8 @@ def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a judged case was missed or the gate refuses."""
     options = _parser().parse_args(words)
     names = options.chapter or list(CHAPTERS)
-
-    folder = None if options.fresh else options.out / "results" / "units"
-    chapters = run(names, options.budget, options.jobs, frame.say, folder)
+    take = frame.taking(options.out, options.fresh)
+    chapters = run(names, options.budget, options.jobs, frame.say, take)
     path = publish(chapters, options.budget, options.out)
     frame.print_figures(figures(chapters))
     print(f"page: {path}")
@@ -136,7 +129,6 @@ def main(words: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = frame.parser("hard_cases", LEAD)
     parser.add_argument("--chapter", action="append", choices=CHAPTERS, help="only this chapter (may be repeated)")
-    parser.add_argument("--fresh", action="store_true", help="measure everything again, reuse nothing")
     parser.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
     parser.add_argument("--junit", type=Path, metavar="FILE", help="with --check: write the verdict as JUnit XML")
     parser.add_argument("--summary", type=Path, metavar="FILE", help="with --check: append the verdict as Markdown")

@@ -7,9 +7,7 @@ Every unit runs in a process of its own with one thread.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +15,10 @@ from compare.provenance import provenance
 from compare.report import write
 from compare.verdict import Figure, at_least, at_most
 from reports import frame
+from reports.hard_cases.chapter import Asked
 from reports.integration import cases
 from reports.integration.page import LEAD, page
-from reports.unit import Measured, measure
+from reports.unit import Measured
 
 COUNTS = {
     "quick": ([2, 3, 4, 5], [5, 10, 20, 40]),
@@ -31,23 +30,19 @@ ENOUGH = 1e-4  # an error that no plot of the norm shows
 WHERE = "against gmsh: volume, centroid and inertia of the solid that OCC cuts"
 
 
-def run(budget: str, jobs: int = 2) -> tuple[list[Measured], list[Measured]]:
+def units(budget: str) -> list[tuple[str, Asked]]:
     """Matrices and volumes of every case."""
     subdomain, whole = COUNTS[budget]
-    with ThreadPoolExecutor(jobs) as pool:
-        matrices = [
-            pool.submit(measure, "integration.runs.matrices", case=name, subdomain=subdomain, whole=whole)
-            for name in cases.NAMES
-        ]
-        volumes = [
-            pool.submit(measure, "integration.runs.volumes", case=name, meshes=MESHES[budget]) for name in cases.NAMES
-        ]
-        found = []
-        for future in [*matrices, *volumes]:
-            measured = future.result()
-            print(f"{measured.name} {measured.arguments['case']}: {measured.status}", file=sys.stderr, flush=True)
-            found.append(measured)
-    return found[: len(matrices)], found[len(matrices) :]
+    rules = {"subdomain": subdomain, "whole": whole}
+    found = [("matrices", Asked("integration.runs.matrices", {"case": name, **rules})) for name in cases.NAMES]
+    meshes = {"meshes": MESHES[budget]}
+    return found + [("volumes", Asked("integration.runs.volumes", {"case": name, **meshes})) for name in cases.NAMES]
+
+
+def run(budget: str, jobs: int = 2, take: frame.Take = frame.afresh) -> tuple[list[Measured], list[Measured]]:
+    """Matrices and volumes of every case."""
+    parts = frame.outcomes(units(budget), jobs, take)
+    return tuple([outcome.measured for outcome in parts[part]] for part in ("matrices", "volumes"))
 
 
 def rows(matrices: Sequence[Measured]) -> list[dict[str, Any]]:
@@ -97,7 +92,7 @@ def publish(matrices: Sequence[Measured], volumes: Sequence[Measured], budget: s
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar or a unit failed."""
     options = frame.parser("integration", LEAD).parse_args(words)
-    matrices, volumes = run(options.budget, options.jobs)
+    matrices, volumes = run(options.budget, options.jobs, frame.taking(options.out, options.fresh))
     path = publish(matrices, volumes, options.budget, options.out)
     judged = figures(matrices, volumes)
     frame.print_figures(judged)

@@ -87,9 +87,9 @@ def _hard(budget: str) -> Iterator[Asked]:
     yield from (Asked(f"{HARD}.{name}") for name in ("stopping", "edge_on", "resting"))
 
 
-def run(budget: str, jobs: int) -> frame.Parts:
+def run(budget: str, jobs: int, take: frame.Take = frame.afresh) -> frame.Parts:
     """Outcomes by part of the page."""
-    return frame.outcomes(units(budget), jobs)
+    return frame.outcomes(units(budget), jobs, take)
 
 
 def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
@@ -100,7 +100,7 @@ def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
     options = frame.parser("plate_drop", page.LEAD).parse_args(words)
-    found = run(options.budget, options.jobs)
+    found = run(options.budget, options.jobs, frame.taking(options.out, options.fresh))
     path = publish(found, options.budget, options.out)
     judged = page.figures(found)
     frame.print_figures(judged)

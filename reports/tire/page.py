@@ -11,7 +11,7 @@ from compare.plots import Series, history_plot, log_plot, map_plot
 from compare.report import Block, Bullets, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.hard_cases.chapter import Outcome
-from reports.tire import limits
+from reports.tire import limits, rolling, standing
 from reports.tire.scenes import stated as scene_words
 
 TITLE = "Tire on the ground"
@@ -47,6 +47,8 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
         _energy(found),
         _symmetry(found["saved"]),
         *_stiffness(found["pressed"]),
+        *(standing.figures(found["standing"]) if "standing" in found else ()),
+        *(rolling.figures(found["rolling"]) if "rolling" in found else ()),
         _hard(found["hard"]),
     ]
 
@@ -247,6 +249,7 @@ def row(outcome: Outcome, **more: Any) -> dict[str, Any]:
 def rows(found: dict[str, list[Outcome]]) -> list[dict[str, Any]]:
     """Every run for the JSON, without its paths."""
     paths = {"times", "node_1", "lower", "force", "area", "ratio", "energies", "x", "y", "depth", "pressure", "trace"}
+    paths |= standing.PATHS | rolling.PATHS
     return [
         {
             "part": part,
@@ -275,6 +278,10 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
         made.append(Section("paper", "The paper's element and its contact by points", _paper(found), "Paper"))
     if "long" in found:
         made.append(Section("long", "Two seconds", _long(found["long"]), "Long run"))
+    if "standing" in found:
+        made.append(standing.section(found["standing"]))
+    if "rolling" in found:
+        made.append(rolling.section(found["rolling"]))
     made += [
         Section("pressed", "Held by its rim, inflated, loaded", _pressed(found["pressed"]), "Axle load"),
         Section("saved", "What was left out, and what that saved", _saved(found["saved"]), "Left out"),

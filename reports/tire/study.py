@@ -14,7 +14,7 @@ from typing import Any
 
 from reports import frame
 from reports.hard_cases.chapter import Asked
-from reports.tire import page
+from reports.tire import page, rolling, standing
 
 RUNS = "tire.runs"
 UNTIL = 0.32  # s: the first bounce
@@ -45,6 +45,8 @@ def units(budget: str) -> list[tuple[str, Asked]]:
     )
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
     found += [("pressed", asked) for asked in _pressed(budget)]
+    found += [("rolling", asked) for asked in rolling.units(budget)]
+    found += [("standing", asked) for asked in standing.units(budget)]
     found += [("hard", asked) for asked in _hard(budget)]
     found.append(("rubber", Asked(f"{RUNS}.rubber", {"mesh": [12, 5]})))
     return found
@@ -77,9 +79,9 @@ def _hard(budget: str) -> Iterator[Asked]:
         yield Asked(f"{RUNS}.drop", {"mesh": [6, 3], **case, "until": UNTIL})
 
 
-def run(budget: str, jobs: int) -> frame.Parts:
+def run(budget: str, jobs: int, take: frame.Take = frame.afresh) -> frame.Parts:
     """Outcomes by part of the page."""
-    return frame.outcomes(units(budget), jobs)
+    return frame.outcomes(units(budget), jobs, take)
 
 
 def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
@@ -90,7 +92,7 @@ def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
     options = frame.parser("tire", page.LEAD).parse_args(words)
-    found = run(options.budget, options.jobs)
+    found = run(options.budget, options.jobs, frame.taking(options.out, options.fresh))
     path = publish(found, options.budget, options.out)
     judged = page.figures(found)
     frame.print_figures(judged)

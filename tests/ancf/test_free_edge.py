@@ -73,11 +73,18 @@ def test_truths_hold_with_layers(make_body, kind, deformed):
     assert np.abs(eigenvalues[:6]).max() < 1e-13 < 1e-8 < eigenvalues[6]
 
 
-def test_each_free_edge_makes_its_own_elements(make_body):
-    """5 x 5 equal elements: mirrored sides are no rigid motion of each other; without free edges nothing changes."""
+def test_free_edges_make_elements_of_their_own(make_body):
+    """5 x 5 equal elements: inside, on a long side, on a short one, in a corner; images of each other share a form.
+
+    Square elements have one form for both sides; with the edge x0 held there are the same kinds; between two free
+    edges there is one kind, and one at either end.
+    """
     even = (np.linspace(0, 1.2, 6), np.linspace(0, 0.6, 6))
-    assert make_body(lines=even, free=EDGES).shapes == 9
-    assert make_body(lines=even, free=("x1", "y0", "y1")).shapes == 6
+    square = (np.linspace(0, 1, 6), np.linspace(0, 1, 6))
+    assert make_body(lines=even, free=EDGES).shapes == make_body(lines=even, free=("x1", "y0", "y1")).shapes == 4
+    assert make_body(lines=square, free=EDGES).shapes == 3
+    assert make_body(lines=square, free=EDGES, points=(6, 7, 3)).shapes == 4
+    assert make_body(lines=(even[0], np.array([0, 0.6])), free=EDGES).shapes == 2
     assert make_body(lines=even, free=()).shapes == 1
 
 

@@ -11,7 +11,7 @@ from compare import bodies
 from compare.result import MOST, Contact, Shots, load, save
 from compare.scene import load as scene_of
 from compare.study import run
-from reports.bodies import ALLOWED, _fields
+from reports.bodies import ALLOWED, _apart, _contact, _fields
 from reports.bodies import bodies as packed
 
 
@@ -44,7 +44,9 @@ def test_contact_is_drawn_where_it_presses():
     entry = next(e for e in synthetic_study.entries("quick") if e.scene.name == "cantilever" and e.solver == "ancf")
     points = np.array([[x, 0.0, -0.025] for x in np.linspace(0, 1, 9)])
     contact = Contact(np.zeros((1, 1, 3)), np.zeros((1, 1)), points, np.full(9, 0.01), np.array([5.0, *8 * [-1.0]]))
-    pressed = _fields(replace(entry, result=replace(entry.result, contact=contact)))["contact pressure at the end (Pa)"]
+    pressed = _contact(replace(entry, result=replace(entry.result, contact=contact)))[
+        "contact pressure at the end (Pa)"
+    ]
     outline = entry.result.outline
     assert pressed.max() == 5.0 and pressed.min() == 0.0
     assert (np.linalg.norm(outline.points[pressed > 0] - points[0], axis=1) <= 0.125 + 1e-9).all()
@@ -52,8 +54,29 @@ def test_contact_is_drawn_where_it_presses():
         *(np.zeros((1, 2, 3)), np.zeros((1, 2)), np.tile(points, (2, 1)), np.full(18, 0.01)),
         np.array([0.0] * 9 + [5.0, *8 * [-1.0]]),
     )
-    again = _fields(replace(entry, result=replace(entry.result, contact=twice)))["contact pressure at the end (Pa)"]
+    again = _contact(replace(entry, result=replace(entry.result, contact=twice)))["contact pressure at the end (Pa)"]
     np.testing.assert_array_equal(again, pressed)  # a second obstacle over the same face
+
+
+def test_a_body_is_coloured_by_its_distance_from_the_reference():
+    """Exact for displacements that are linear on another mesh's triangles; none for another shape, nor for modes."""
+    fine, coarse = synthetic_study.body(8, 0.0), synthetic_study.body(3, 0.0)
+    bent = [replace(body, displacement=body.points @ np.diag([0.1, 0.2, 0.3])) for body in (fine, coarse)]
+    moved = replace(bent[0], displacement=bent[0].displacement + np.array([0.0, 0.03, 0.04]))
+    np.testing.assert_allclose(_apart(moved, bent[1]), 0.05, rtol=1e-9)
+    np.testing.assert_allclose(_apart(bent[0], bent[1]), 0.0, atol=1e-12)
+    assert _apart(fine, replace(coarse, points=coarse.points + np.array([0.0, 0.05, 0.0]))) is None
+    assert _apart(fine, replace(coarse, modes=coarse.points[None])) is None
+
+
+def test_every_body_but_the_reference_itself_has_an_error_and_stress_is_shown_where_it_is_told():
+    entries = [e for e in synthetic_study.entries("quick") if e.scene.name == "cantilever"]
+    reference = next(e for e in reversed(entries) if e.solver == "reference")
+    (name,) = _fields(entries[0], reference)
+    assert name.startswith("distance from the reference h=") and _fields(reference, reference) == {}
+    outline = replace(entries[0].result.outline, stress=np.full(len(entries[0].result.outline.points), 7.0))
+    told = _fields(replace(entries[0], result=replace(entries[0].result, outline=outline)), reference)
+    assert set(told.pop("von Mises stress at the end (Pa)")) == {7.0} and list(told) == [name]
 
 
 def test_points_that_coincide_are_one_and_cracks_stay():

@@ -2,6 +2,7 @@
 
 import html
 import json
+import math
 import re
 import shutil
 import subprocess
@@ -62,8 +63,8 @@ def test_the_page_asks_for_nothing_and_complains_about_nothing(page, tmp_path, n
     assert requests(page.with_name(name), tmp_path) == ([], [])
 
 
-def tried(page, folder, script, size="1200,900", options=()):
-    """What a script that is let into the page says of it, as JSON in the title."""
+def tried(page, folder, script, size="1200,900", options=(), timed=False):
+    """What a script that is let into the page says of it, as JSON in the title. timed: on the real clock."""
     probe = folder / "probe.html"
     text = re.sub(r"script-src '[^']*'", "script-src 'unsafe-inline'", page.read_text(encoding="utf-8"))
     wrapped = (
@@ -72,7 +73,8 @@ def tried(page, folder, script, size="1200,900", options=()):
         "(error) => { document.title = 'error: ' + error; });</script></body>"
     )
     probe.write_text(text.replace("</body>", wrapped), encoding="utf-8")
-    run = browse(probe, folder, f"--window-size={size}", "--virtual-time-budget=8000", "--dump-dom", *options)
+    clock = "--timeout=8000" if timed else "--virtual-time-budget=8000"
+    run = browse(probe, folder, f"--window-size={size}", clock, "--dump-dom", *options)
     return json.loads(html.unescape(run.stdout.partition("<title>")[2].partition("</title>")[0]))
 
 
@@ -123,12 +125,18 @@ def test_a_row_opens_its_run_in_three_dimensions(page, tmp_path):
       step.dispatchEvent(new Event('input'));
       said.push(document.querySelector('dialog output').textContent);
     }
-    return { open: document.querySelector('dialog').open, bent, flat, over: second.value, said };"""
+    const colour = document.querySelectorAll('dialog select')[2], ways = [...colour.options].map((one) => one.value);
+    colour.value = ways.find((way) => way.startsWith('distance from the reference'));
+    colour.dispatchEvent(new Event('change'));
+    const bar = document.querySelector('dialog .scale').textContent;
+    return { open: document.querySelector('dialog').open, bent, flat, over: second.value, said, ways, bar };"""
     found = tried(page, tmp_path, script)
     assert found["open"] and found["bent"] > 0.03 and found["flat"] > 0.03
     assert abs(found["bent"] - found["flat"]) > 1e-3
     assert found["over"] and found["said"][0].startswith("t = 0.2 s; ") and found["said"][1].startswith("t = 1 s; ")
     assert "laid over it in its own colour: reference" in found["said"][0]
+    assert found["ways"][0] == "size of the displacement" and found["ways"][-1] == "solver"
+    assert found["bar"].startswith("distance from the reference h=") and "at the end (m): 0" in found["bar"]
 
 
 def test_a_plot_tells_values_and_hides_a_series(page, tmp_path):
@@ -148,6 +156,55 @@ def test_a_plot_tells_values_and_hides_a_series(page, tmp_path):
     assert found["apart"] < 1.5  # px: the place that the script knows is where the marker was drawn
 
 
+@pytest.mark.parametrize("section", ["values", "errors"])
+def test_a_dragged_rectangle_is_enlarged_with_its_axes(page, tmp_path, section):
+    """What is drawn follows the new ticks: the value of a marker is what the ticks around it say; twice, then whole."""
+    script = """
+    const svg = document.querySelector('#SECTION svg[data-points]'), series = JSON.parse(svg.dataset.points);
+    const about = JSON.parse(svg.dataset.panels)[0], [left, top, right, bottom] = about.box;
+    const group = svg.querySelector('[data-panel]'), line = series.find((one) => one.panel === 0 && one.at.length > 2);
+    const fire = (kind, x, y) => {
+      const at = new DOMPoint(x, y).matrixTransform(svg.getScreenCTM());
+      const about = { clientX: at.x, clientY: at.y, bubbles: true, pointerType: 'mouse', button: 0 };
+      svg.dispatchEvent(new PointerEvent(kind, about));
+    };
+    const drag = (x0, y0, x1, y1) => {
+      fire('pointerdown', x0, y0);
+      fire('pointermove', x1, y1);
+      fire('pointerup', x1, y1);
+    };
+    const middle = (use) => {
+      const box = use.getBoundingClientRect();
+      return { x: box.x + box.width / 2, y: box.y + box.height / 2 };
+    };
+    const ticks = (name) => [...group.querySelectorAll(`[data-tick="${name}"]`)];
+    const value = (tick) => Number(tick.textContent.trim().replace('\\u2212', '-'));
+    const labels = (name) => ticks(name).filter((tick) => tick.style.display !== 'none')
+      .map((tick) => [value(tick), middle(tick.querySelector('use'))[name]]);
+    const drawn = () => [...svg.querySelectorAll(`[data-series="${line.id}"] use`)];
+    const marks = () => drawn().map(middle).map(({ x, y }) => [x, y]);
+    const state = () => ({ x: labels('x'), y: labels('y'), marks: marks() });
+    const before = state(), half = [(left + right) / 2, (top + bottom) / 2];
+    drag(left + 2, top + 2, half[0] + 20, half[1] + 30);
+    const once = state();
+    drag(left + 5, top + 5, right - 5, bottom - 5);
+    const twice = state();
+    svg.dispatchEvent(new MouseEvent('dblclick'));
+    return { before, once, twice, after: state(), line, about };"""
+    found = tried(page, tmp_path, script.replace("SECTION", section))
+    assert found["after"] == found["before"]
+    for state in (found["before"], found["once"], found["twice"]):
+        for k, name in enumerate("xy"):
+            assert 2 <= len(state[name]) <= 14, state
+            scale = math.log10 if found["about"][f"log{name}"] else float
+            (low, at_low), *_, (high, at_high) = state[name]
+            for value, mark in zip(found["line"][name], state["marks"], strict=True):
+                part = (mark[k] - at_low) / (at_high - at_low)
+                told = scale(low) + part * (scale(high) - scale(low))
+                assert abs(told - scale(value)) < 0.01 * abs(scale(high) - scale(low)) + 2e-6 * abs(scale(value))
+    assert found["once"]["x"] != found["before"]["x"] and found["twice"]["x"] != found["once"]["x"]
+
+
 def test_words_contrast_with_what_is_behind_them(page, tmp_path):
     """WCAG 2.2 AA: every visible text at 4.5 to 1 at least (3 to 1 where it is large), light and dark."""
     for scheme in ("1", "0"):
@@ -156,16 +213,37 @@ def test_words_contrast_with_what_is_behind_them(page, tmp_path):
 
 
 def test_it_is_small_and_there_in_a_second(page, tmp_path):
-    """5 MB at most; first paint and load within a second of opening, on an idle machine with the pictures in it."""
+    """5 MB at most; painted and interactive within a second of opening by the browser's own clock. The least of up to
+    ten loads: other work on the machine only adds to it, and what the page itself needs is in each of them."""
     script = """
-    await new Promise((done) => setTimeout(done, 300));
+    const first = (entry) => entry.name === 'first-contentful-paint';
+    const painted = () => performance.getEntriesByType('paint').find(first);
+    if (document.readyState !== 'complete') await new Promise((done) => addEventListener('load', done));
+    while (!painted()) await new Promise((done) => setTimeout(done, 20));
     const [navigation] = performance.getEntriesByType('navigation');
-    const paint = performance.getEntriesByType('paint').find((entry) => entry.name === 'first-contentful-paint');
-    return { interactive: navigation.domInteractive, paint: paint ? paint.startTime : null,
-      requests: performance.getEntriesByType('resource').map((entry) => entry.name) };"""
-    found = tried(page, tmp_path, script)
-    assert page.stat().st_size < 5e6
-    assert found["requests"] == [] and found["interactive"] < 3000
+    return { interactive: navigation.domInteractive, complete: navigation.domContentLoadedEventEnd,
+      paint: painted().startTime, requests: performance.getEntriesByType('resource').map((entry) => entry.name) };"""
+    heavy = weighted(page, 4.9e6)
+    assert page.stat().st_size < 5e6 and heavy.stat().st_size > 4.5e6
+    for name in ("paint", "complete"):
+        least = 1e9
+        for _ in range(10):
+            found = tried(heavy, tmp_path, script, timed=True)
+            assert found["requests"] == [] and found["interactive"] > 0
+            least = min(least, found[name])
+            if least < 1000:
+                break
+        assert least < 1000, name
+
+
+def weighted(page, size):
+    """The page with as many more packed bodies as make it the largest that a page may be."""
+    text = page.read_text(encoding="utf-8")
+    body = re.search(r'<script class="body".*?</script>|<script[^>]*class="body"[^>]*>.*?</script>', text, re.S)[0]
+    count = int((size - len(text.encode())) // len(body.encode()))
+    heavy = page.with_name("heavy.html")
+    heavy.write_text(text.replace(body, body * (1 + count), 1), encoding="utf-8")
+    return heavy
 
 
 def test_the_browser_would_have_told(tmp_path):

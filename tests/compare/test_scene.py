@@ -71,6 +71,10 @@ KEYS = {
     "number as truth": ({"thickness": True}, "thickness = True: needs a number"),
     "infinite": ({"thickness": float("inf")}, "thickness = inf: needs a finite number"),
     "not a number": ({"loads.0.force": [0.0, 0.0, float("nan")]}, "loads.0.force.2 = nan: needs a finite number"),
+    "walls and layers": (
+        {"ancf.levels.0.element": "enriched", "ancf.levels.0.walls": True, "ancf.levels.0.enrich": 0.9},
+        "ancf.levels.0.walls = true: elements have wall functions or layers (enrich), not both",
+    ),
     "all of the gain": ({"ancf.levels.0.enrich": 1.0}, "ancf.levels.0.enrich = 1.0: must be less than 1"),
     "line on the edge": ({"ancf.levels.0.fit": [0.0]}, "ancf.levels.0.fit.0 = 0.0: must be greater than 0"),
     "fractional mesh": ({"ancf.levels.0.mesh": [2.5, 2]}, "ancf.levels.0.mesh.0 = 2.5: needs a whole number"),

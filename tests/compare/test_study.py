@@ -71,6 +71,23 @@ def test_a_second_run_reuses_everything_without_starting_a_process(ran, monkeypa
         assert [getattr(entry, name) for entry in second] == [getattr(entry, name) for entry in first]
 
 
+def test_what_is_timed_runs_alone_and_what_was_not_is_run_again(tmp_path):
+    """Levels of the ladder, whose times a page compares, without another unit beside them; a variant beside others."""
+    variants = [{"name": "v", "set": {"thickness": 0.06}}]
+    level = {"mesh": [2, 2], "time_step": 0.02}
+    changes = {"sensitivity": {"ancf": level, "variants": variants, "budget": "quick"}}
+    units = study.plan([small((2, 3)).override(changes)], FAKE, "quick")
+    told = study.solve(units, tmp_path, 2)
+    assert {entry.result.facts["beside"] for entry in told} == {1.0}
+    timed = study.solve(units, tmp_path, 2, timed=True)
+    assert [(e.variant is None, e.result.facts["beside"]) for e in timed if e.variant != study.AS_STATED] == [
+        (True, 0.0), (True, 0.0), (False, 1.0)
+    ]  # fmt: skip
+    assert [entry.fresh for entry in timed if entry.variant == "v"] == [False]
+    assert not any(entry.fresh for entry in study.solve(units, tmp_path, 2, timed=True))
+    assert not any(entry.fresh for entry in study.solve(units, tmp_path, 2))
+
+
 def test_reuse_can_be_declined(ran):
     _, folder, _, _ = ran
     assert study.run([small()], FAKE, "quick", folder, reuse=False)[0].fresh

@@ -1,0 +1,96 @@
+"""Which elements of a mesh share one form: those that differ by a rigid motion, and their images (see `ancf.image`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ancf.feature import Feature, has_images, relevant
+from ancf.image import Image, images
+from ancf.mesh import Mesh
+from ancf.quadratic_form import from_first_node
+from ancf.subdomain import imaged
+
+DIGITS = 11  # of the largest entry, in which two Gram matrices agree
+
+
+@dataclass(frozen=True, eq=False)
+class Sharing:
+    """Form (e,) of each element, the first element (g,) of each form, and the image of the element that this form is.
+
+    image_of (e,): number in `images`, 0 for an element that has the form as it is.
+    """
+
+    form_of: np.ndarray
+    first: np.ndarray
+    image_of: np.ndarray
+    images: tuple[Image, ...]
+
+    def vectors(self, mesh: Mesh, e: int) -> np.ndarray:
+        """Nodal vectors (i,) of an element in the order of its form."""
+        own, image = mesh.element(e).vectors, self.image_of[e]
+        return own[self.images[image].order] if image else own
+
+    def signs(self, e: int, count: int) -> np.ndarray:
+        """What the element's `count` vectors are multiplied by to become those of its form (i,)."""
+        image = self.image_of[e]
+        return self.images[image].signs if image else np.ones(count)
+
+
+def sides(mesh: Mesh, element: int, free: Sequence[str]) -> tuple[str, ...]:
+    """The free edges of the plate that an element lies on."""
+    return tuple(edge for edge in mesh.edges_of(element) if edge in free)
+
+
+def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own: tuple[Image, ...] = ()) -> Sharing:
+    """Find equal shapes, each element as it is or as one of the images `own`, the first of which changes nothing.
+
+    bands: all that divides elements. free: the free edges of the plate, for elements that have a layer there. Two
+    shapes are equal when what they see of the bands agrees, the free edges that they have a layer on, and the Gram
+    matrices of their reference vectors: an isotropic material does not see how they then differ. Elements with
+    functions of their own, and those that see bands without images, have none.
+    """
+    vectors, positions = mesh.element_vectors, mesh.shape.positions
+    Q = from_first_node(vectors, positions)
+    grams = Q @ Q.swapaxes(1, 2)
+    unit = np.abs(grams).max()
+    number: dict[tuple, int] = {}
+    form_of, image_of = np.empty(len(vectors), dtype=int), np.zeros(len(vectors), dtype=int)
+
+    def shape_key(e: int, seen: Sequence[Feature], image: Image | None) -> tuple:
+        gram, edges = grams[e], sides(mesh, e, free)
+        if image is not None:
+            turned = from_first_node(vectors[e][None, image.order] * image.signs[:, None], positions)[0]
+            gram, edges = turned @ turned.T, tuple(sorted(map(image.edge, edges)))
+        rounded = np.round(gram / unit, DIGITS) + 0.0
+        return imaged(mesh.cells[e], seen, image), edges, rounded.tobytes(), mesh.element(e).shape
+
+    sizes, met = _sizes(vectors, positions), set()
+    for e, cell in enumerate(mesh.cells):
+        seen = relevant(cell, bands)
+        key = shape_key(e, seen, None)
+        found = number.get(key)
+        has_own = found is None and sizes[e] in met and e not in mesh.special and all(map(has_images, seen))
+        for k, image in enumerate(own[1:], 1) if has_own else ():
+            found = number.get(shape_key(e, seen, image))
+            if found is not None:
+                image_of[e] = k
+                break
+        met.add(sizes[e])
+        form_of[e] = number.setdefault(key, len(number)) if found is None else found
+    return Sharing(form_of, np.unique(form_of, return_index=True)[1], image_of, own)
+
+
+def _sizes(vectors: np.ndarray, positions: tuple[int, ...]) -> list[float]:
+    """A number for each element (e,) that its images share, and elements of other shapes hardly."""
+    Q = vectors.copy()
+    Q[:, positions] -= Q[:, positions].mean(axis=1, keepdims=True)
+    size = np.linalg.norm(Q.swapaxes(1, 2) @ Q, axis=(1, 2))
+    return np.round(size / size.max(), DIGITS - 2).tolist()
+
+
+def possible(mesh: Mesh, points: tuple[int, int, int]) -> tuple[Image, ...]:
+    """The images that elements integrated at so many points may have."""
+    return images(mesh.shape, square=points[0] == points[1])

@@ -1,0 +1,183 @@
+"""Wall functions: the position field may kink where the floor of a groove or the top of a protrusion begins or ends.
+
+Beside such a line the thickness jumps, and with it the strains that carry the same forces: a floor of half the
+thickness bends eight times as easily. Cubics and a bilinear director are smooth inside an element, so an element that
+a groove crosses is too stiff by far unless grid lines stand on the walls. A wall function lets it kink there. With the
+coordinate y across the band in the element from y0 to y1, the wall at y = w, and L(x) one of the two linear functions
+along it, an element has the displacements
+
+    h(y) L(x) r_w,    z h(y) L(x) d_w,    h = min((y - y0) / (w - y0), (y1 - y) / (y1 - w)):
+
+those of the mid-surface and of the director. They vanish on the element's sides along the band and are shared with the
+next element on the grid line across it: the field stays continuous. The reference vectors are zero, on flat and curved
+plates alike. What is right of a wall and what is left of it are smooth, and rules divide elements there anyhow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ancf.mesh import Mesh, Special
+from ancf.nurbs import curve_derivatives
+from ancf.shape import Plate, ShapeValues
+from ancf.subdomain import Band, Feature
+
+KINDS = ("r_w", "d_w")
+NEAR = 0.02  # of an element's size: a wall this near to a grid line stands on it
+DEEP = 1e-9  # of the greatest depth: what is as deep is floor
+
+
+class Wall(NamedTuple):
+    """Functions of a wall at the distance `at` from the element's corner on the axis `across`.
+
+    side: 0 or 1, the side across the band on which L is 1. Both r_w and d_w belong to it.
+    """
+
+    across: int
+    at: float
+    side: int
+
+
+@dataclass(frozen=True)
+class Walled:
+    """A member of the family with wall functions after its own: those of r_w and d_w of each wall and side."""
+
+    base: Plate
+    walls: tuple[Wall, ...]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What each nodal vector of the element is (i,)."""
+        return self.base.kinds + KINDS * len(self.walls)
+
+    @property
+    def thickness(self) -> int | None:
+        """As in the base."""
+        return self.base.thickness
+
+    @property
+    def shear(self) -> int | None:
+        """As in the base."""
+        return self.base.shear
+
+    @property
+    def layer(self) -> int | None:
+        """As in the base."""
+        return self.base.layer
+
+    @property
+    def levels(self) -> list[float]:
+        """Where the functions have a kink along z: nowhere."""
+        return []
+
+    def lines(self, axis: int) -> list[float]:
+        """Where they have a kink on an axis, from the element's corner."""
+        return sorted({wall.at for wall in self.walls if wall.across == axis})
+
+    def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
+        """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b)."""
+        base, z = self.base.evaluate(points, size), points[:, 2]
+        S, S_p = [base.S], [base.S_p]
+        for wall in self.walls:
+            f, f_x, f_y = _in_plane(wall, points, size)
+            zero = np.zeros_like(f)
+            S.append(np.stack([f, z * f], axis=1))
+            S_p.append(np.stack([np.stack([f_x, f_y, zero], axis=1), np.stack([z * f_x, z * f_y, f], axis=1)], axis=1))
+        return ShapeValues(np.concatenate(S, axis=1), np.concatenate(S_p, axis=1))
+
+
+def _in_plane(wall: Wall, points: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """h L and its derivatives by x and y, each (q,)."""
+    y, s = points[:, wall.across], points[:, 1 - wall.across] / size[1 - wall.across]
+    rest, before = size[wall.across] - wall.at, points[:, wall.across] < wall.at
+    h, h_y = np.where(before, y / wall.at, (size[wall.across] - y) / rest), np.where(before, 1 / wall.at, -1 / rest)
+    L, L_x = (s, 1 / size[1 - wall.across]) if wall.side else (1 - s, -1 / size[1 - wall.across])
+    along, across = h * L_x, h_y * L
+    return (h * L, along, across) if wall.across == 1 else (h * L, across, along)
+
+
+def with_walls(mesh: Mesh, bands: Sequence[Feature]) -> Mesh:
+    """The mesh with wall functions wherever the floor of a band begins or ends inside elements.
+
+    Where a band ends along its own axis they end on the last grid line before. Outlines have none.
+    """
+    own: dict[int, list[tuple[Wall, tuple]]] = {}
+    after: dict[tuple, int] = {}
+    for across in (0, 1):
+        for row, at in sorted({place for band in bands for place in _crossed(mesh, band, across)}):
+            columns = _columns(mesh, bands, across, row, at)
+            for e, side, line in _sides(mesh, across, row, columns):
+                key = (across, row, at, line)
+                own.setdefault(e, []).append((Wall(across, at - mesh.cells[e][across][0], side), key))
+                after.setdefault(key, _director(mesh, e, across, side))
+    if not own:
+        return mesh
+    keys = list(after)
+    parameters = np.array([_parameters(mesh, *key) for key in keys])
+    wider, numbers = mesh.extended(np.array(list(after.values())), KINDS, parameters)
+    number_of = dict(zip(keys, numbers, strict=True))
+    special = {}
+    for e, found in own.items():
+        vectors = np.concatenate([wider.connectivity[e], *(number_of[key] for _, key in found)])
+        special[e] = Special(Walled(mesh.shape, tuple(wall for wall, _ in found)), vectors)
+    return replace(wider, special=special)
+
+
+def floor_edges(band: Band) -> list[float]:
+    """Where the floor begins and ends, on the axis across the band; where it is but a line, the band's own edges."""
+    if band.is_curved:
+        place, depth = curve_derivatives(band.section, band.section.breaks)[0].T
+        floor = place[depth >= depth.max() * (1 - DEEP)]
+        if np.ptp(floor) > 0:
+            return [float(floor.min()), float(floor.max())]
+    return [float(limit) for limit in band.limits(band.across)]
+
+
+def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, float]]:
+    """Row of elements and place of each wall of a band inside elements on the axis across it."""
+    lines = (mesh.x_lines, mesh.y_lines)[across]
+    for at in floor_edges(band) if isinstance(band, Band) and band.across == across else ():
+        row = int(np.searchsorted(lines, at)) - 1
+        if 0 <= row < len(lines) - 1 and np.abs(lines[row : row + 2] - at).min() > NEAR * np.diff(lines)[row]:
+            yield row, at
+
+
+def _columns(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: float) -> np.ndarray:
+    """Whether a wall runs the whole length of each element of its row (n,)."""
+    lines = (mesh.x_lines, mesh.y_lines)[1 - across]
+    whole = np.zeros(len(lines) - 1, dtype=bool)
+    for band in bands:
+        if (row, at) in _crossed(mesh, band, across):
+            first, last = band.limits(1 - across)
+            whole |= (lines[:-1] >= first) & (lines[1:] <= last)
+    return whole
+
+
+def _sides(mesh: Mesh, across: int, row: int, columns: np.ndarray) -> Iterator[tuple[int, int, int]]:
+    """Element, its side, and the grid line there, of each place of a row where all elements beside it have the wall."""
+    element = {tuple(corner): e for e, corner in enumerate(mesh.corners.tolist())}
+    count, closed = len(columns), mesh.closed and across == 1
+    for column in np.flatnonzero(columns).tolist():
+        for side in (0, 1):
+            beside = column + 2 * side - 1
+            beside = beside % count if closed else beside
+            if not 0 <= beside < count or columns[beside]:
+                place = (column, row) if across == 1 else (row, column)
+                line = column + side
+                yield element[place], side, line % count if closed else line
+
+
+def _director(mesh: Mesh, e: int, across: int, side: int) -> int:
+    """The director's nodal vector at the corner of an element on a side, where its row begins."""
+    corner = (side, 0) if across == 1 else (0, side)
+    shape = mesh.shape
+    return int(mesh.connectivity[e, shape.starts.index(corner) + shape.node_kinds.index("r_z")])
+
+
+def _parameters(mesh: Mesh, across: int, row: int, at: float, line: int) -> tuple[float, float]:
+    other = float((mesh.x_lines, mesh.y_lines)[1 - across][line])
+    return (other, at) if across == 1 else (at, other)

@@ -1,0 +1,210 @@
+"""Wall functions: elements that kink where a floor begins, what they leave alone, and where there are any."""
+
+import numpy as np
+import pytest
+
+from ancf.functional import interpolation, pressure_on_face
+from ancf.material import MooneyRivlin, from_engineering
+from ancf.mesh import grid
+from ancf.nurbs import Curve, Revolved
+from ancf.pressure import follower_pressure
+from ancf.run import estimate, solve
+from ancf.shape import FAMILY
+from ancf.subdomain import BOTTOM, GROOVE, TOP, Band
+from ancf.system import body, system
+from ancf.wall import KINDS, floor_edges, with_walls
+from compare.scene import parse
+
+from . import conftest
+from .conftest import THICKNESS
+
+RUBBER, SVK = MooneyRivlin(2.5e6, 2.0e6, 1.33e8), from_engineering(2.0e6, 0.3)
+FORCE = 2.0e6 * THICKNESS  # N: modulus times the area of a strip one metre wide
+LEANING = Curve(1, [0, 0, 1, 2, 3, 3], [[0.1, 0.0], [0.12, 0.02], [0.2, 0.02], [0.24, 0.0]])
+GROOVED = [kind for kind in conftest.PLATES if "grooved" in kind]
+
+
+def walled(element, kind, material=SVK, pointwise=False, walls=True):
+    """A body of the plates with wall functions, or without."""
+    lines, bands, surface = conftest.PLATES[kind]
+    mesh = grid(*lines, surface, FAMILY[element])
+    mesh = with_walls(mesh, bands) if walls else mesh
+    return body(mesh, bands, THICKNESS, material, 2000.0, (5, 5, 3), pointwise=pointwise)
+
+
+def acting(plate):
+    return system(plate, np.zeros(plate.mesh.vectors.size, dtype=bool), (), THICKNESS)
+
+
+def dense(free, q):
+    return free.assembly.pattern.full(free.tangent(q.ravel())).toarray()
+
+
+@pytest.mark.parametrize("kind", GROOVED)
+def test_walls_change_no_position_of_the_reference(element, kind):
+    """Their reference vectors are zero: nothing moves, volume and mass are those of the plain mesh."""
+    plate, (lines, bands, surface) = walled(element, kind), conftest.PLATES[kind]
+    plain = body(grid(*lines, surface, FAMILY[element]), bands, THICKNESS, SVK, 2000.0, (7, 7, 3))
+    assert np.all(plate.mesh.vectors[np.isin(plate.mesh.kinds, KINDS)] == 0)
+    assert plate.volume == pytest.approx(plain.volume, rel=1e-13)
+    assert plate.total_mass == pytest.approx(plain.total_mass, rel=1e-13)
+
+
+@pytest.mark.parametrize("material", [SVK, RUBBER], ids=["svk", "rubber"])
+@pytest.mark.parametrize("kind", GROOVED)
+def test_rigid_motion_costs_nothing_and_six_modes_have_no_energy(element, kind, material):
+    """Six zero eigenvalues, and the next is near the plain mesh's: walls add no mode without energy."""
+    plate, plain = (walled(element, kind, material, pointwise=True, walls=walls) for walls in (True, False))
+    free, rest = acting(plate), plate.mesh.vectors
+    stiffness = material.shear / SVK.shear
+    assert np.abs(free.force_internal(rest.ravel())).max() < 1e-12 * FORCE * stiffness
+    turned = rest @ np.linalg.qr(np.random.default_rng(1).standard_normal((3, 3)))[0].T
+    assert np.abs(free.force_internal(turned.ravel())).max() < 1e-11 * FORCE * stiffness
+    values, before = (
+        np.linalg.eigvalsh(dense(own, own.body.mesh.vectors) / own.lengths[:, None] / own.lengths)
+        for own in (free, acting(plain))
+    )
+    assert np.abs(values[:6]).max() < 1e-10 * values[-1]
+    assert values[6] > 0.3 * before[6]
+
+
+@pytest.mark.parametrize("kind", GROOVED)
+def test_quadratic_form_equals_the_sum_over_points(element, kind, deformed):
+    """1e-12 of the largest entry: both sum the same numbers in another order."""
+    fast, plain = walled(element, kind), walled(element, kind, pointwise=True)
+    q, one, other = deformed(fast).ravel(), acting(fast), acting(plain)
+    f, K = other.force_internal(q), dense(other, q)
+    np.testing.assert_allclose(one.force_internal(q), f, atol=1e-12 * np.abs(f).max())
+    np.testing.assert_allclose(dense(one, q), K, atol=1e-12 * np.abs(K).max())
+
+
+@pytest.mark.parametrize("volumetric", ["relaxed", "reduced"])
+def test_force_and_tangent_of_rubber_are_derivatives(volumetric, deformed):
+    """Central differences along some directions, in all groups of elements: their error falls as h^2."""
+    lines, bands, _ = conftest.PLATES["grooved"]
+    mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands)
+    plate = body(mesh, bands, THICKNESS, RUBBER, 2000.0, (5, 5, 3), volumetric=volumetric)
+    assert len(plate.connectivity) > 1
+    free, q, h = acting(plate), deformed(plate, amount=0.003).ravel(), 1e-6
+    still, rng = np.zeros_like(q), np.random.default_rng(2)
+    K = dense(free, q)
+    for _ in range(3):
+        way = rng.standard_normal(q.size)
+        ahead, behind = q + h * way, q - h * way
+        work = (free.energies(ahead, still)[1] - free.energies(behind, still)[1]) / (2 * h)
+        assert free.force_internal(q) @ way == pytest.approx(work, rel=1e-6)
+        change = (free.force_internal(ahead) - free.force_internal(behind)) / (2 * h)
+        np.testing.assert_allclose(K @ way, change, atol=1e-6 * np.abs(change).max())
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_the_field_kinks_at_a_wall_and_is_continuous(axis):
+    """All vectors at random: on both sides of grid lines and walls the same position, another slope at the wall."""
+    lines = (np.array([0.0, 0.5, 1.2]), np.array([0.0, 0.4, 1.0]))[:: 1 if axis else -1]
+    band = Band(TOP, GROOVE, 1 - axis, (0.55, 0.7), 0.02)
+    mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), (band,))
+    vectors, hair = np.random.default_rng(0).standard_normal(mesh.vectors.shape), 1e-7
+
+    def at(along, across, z=0.01):
+        place = (along, across)[:: 1 if axis else -1]
+        return interpolation(mesh, np.array([mesh.locate(*place)]), np.array([[*place, z]])) @ vectors
+
+    for along, across in ((0.2, 0.4), (0.9, 0.4), (0.2, 0.55), (0.9, 0.7)):
+        np.testing.assert_allclose(at(along, across - hair), at(along, across + hair), atol=1e-5)
+    for across in (0.2, 0.6, 0.8):
+        np.testing.assert_allclose(at(0.5 - hair, across), at(0.5 + hair, across), atol=1e-5)
+    slopes = [(at(0.2, y + hair) - at(0.2, y - hair)) / (2 * hair) for y in (0.55 - 2 * hair, 0.55 + 2 * hair)]
+    assert np.abs(slopes[1] - slopes[0]).max() > 0.1
+
+
+PULLED = {
+    "name": "pulled strip",
+    "title": "A strip with a waist, pulled",
+    "surface": {"kind": "rectangle", "length": 1.0, "width": 0.4},
+    "thickness": THICKNESS,
+    "grooves": [
+        {"name": face, "face": face, "along": "y", "across": [0.3, 0.55], "depth": 0.015} for face in ("top", "bottom")
+    ],
+    "material": {"kind": "svk", "youngs_modulus": 2.0e6, "poissons_ratio": 0.0},
+    "supports": [{"kind": "clamp", "edge": "x0"}],
+    "loads": [{"kind": "edge", "edge": "x1", "force": [1e-3, 0.0, 0.0], "history": [[0.0, 0.0], [1.0, 1.0]]}],
+    "probes": [{"name": "end", "at": [1.0, 0.2, 0.0]}],
+    "analysis": {"kind": "static"},
+    "ancf": {"time_step": 1.0, "levels": [{"mesh": [1, 1], "element": "conforming", "walls": True}]},
+}
+
+
+def test_one_element_holds_a_waist_that_is_pulled():
+    """Parts of unequal section in series, nu = 0: F (sum of length / section) / E, exact in one element with walls.
+
+    1e-6: the strain itself, which the linear answer leaves out.
+    """
+    scene = parse(PULLED, "pulled")
+    answer = solve(scene, scene.ancf.levels[0]).displacement[-1, 0, 0]
+    exact = 1e-3 / 2.0e6 / 0.4 * (0.75 / THICKNESS + 0.25 / 0.02)
+    assert answer == pytest.approx(exact, rel=1e-6)
+    plain = solve(scene, scene.ancf.levels[0].model_copy(update={"walls": False})).displacement[-1, 0, 0]
+    assert plain < 0.98 * exact
+
+
+def test_where_there_are_walls():
+    """At the edges of a floor; not where a grid line is near, where the band ends, or on an outline."""
+    assert floor_edges(Band(TOP, GROOVE, 0, (0.1, 0.24), LEANING)) == pytest.approx([0.12, 0.2])
+    assert floor_edges(Band(TOP, GROOVE, 0, (0.1, 0.24), 0.02)) == [0.1, 0.24]
+    bent = Curve(2, [0, 0, 0, 1, 1, 1], [[0.1, 0.0], [0.15, 0.02], [0.24, 0.0]])
+    assert floor_edges(Band(TOP, GROOVE, 0, (0.1, 0.24), bent)) == [0.1, 0.24]
+    lines = np.linspace(0, 1, 5), np.array([0.0, 0.2, 0.5])
+
+    def places(band):
+        mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), (band,))
+        return sorted(map(tuple, mesh.parameters[mesh.kinds == "r_w"].tolist()))
+
+    assert places(Band(TOP, GROOVE, 0, (0.2 + 1e-4, 0.3), 0.02)) == [(x, 0.3) for x in lines[0]]
+    assert places(Band(TOP, GROOVE, 0, (0.25, 0.6), 0.02, (0.1, 0.8))) == [(0.5, 0.25)]
+    assert places(Band(TOP, GROOVE, 1, (0.3, 0.6), 0.02)) == [(x, y) for x in (0.3, 0.6) for y in lines[1]]
+
+
+def test_a_closed_ring_has_no_seam_in_its_walls():
+    """As many wall vectors as grid lines around, and no force at rest."""
+    tube = Revolved(Curve(1, [0, 0, 1, 1], [[0.0, 1.0], [0.5, 1.0]]), 1)
+    band = Band(TOP, GROOVE, 0, (0.4, 0.6), 0.02)
+    mesh = with_walls(grid(np.linspace(0, 2 * np.pi, 9), np.array([0.0, 1.0]), tube, FAMILY["enriched"], True), (band,))
+    assert (mesh.kinds == "r_w").sum() == 2 * 8
+    ring = body(mesh, (band,), THICKNESS, RUBBER, 1100.0, (5, 5, 3))
+    assert ring.shapes == 1
+    assert np.abs(acting(ring).force_internal(mesh.vectors.ravel())).max() < 1e-12 * FORCE * RUBBER.shear / SVK.shear
+
+
+@pytest.mark.parametrize("face", [BOTTOM, TOP])
+def test_a_pressure_on_elements_with_walls(face):
+    """At rest the follower pressure is the dead one, with forces on the walls too."""
+    lines, bands, surface = conftest.PLATES["curved, grooved"]
+    mesh = with_walls(grid(*lines, surface, FAMILY["enriched"]), bands)
+    load = follower_pressure(mesh, THICKNESS, face, 1.0, ((0.0, 1.0),))
+    expected = pressure_on_face(mesh, THICKNESS, face)
+    found = load.force(mesh.vectors.ravel(), 0.0).reshape(-1, 3)
+    np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
+    assert np.abs(expected[mesh.kinds == "r_w"]).max() > 0.01 * np.abs(expected).max()
+
+
+def test_symmetry_holds_walls():
+    """Half a strip with a plane of symmetry across its groove bends as the whole one."""
+    told = PULLED | {
+        "grooves": [{"name": "g", "face": "top", "along": "y", "across": [0.3, 0.55], "depth": 0.02}],
+        "loads": [{"kind": "edge", "edge": "x1", "force": [0.0, 0.0, 1.0], "history": [[0.0, 0.0], [1.0, 1.0]]}],
+        "ancf": {"time_step": 0.5, "levels": [{"mesh": [2, 2], "walls": True}]},
+    }
+    whole = parse(told, "whole")
+    half = parse(
+        told
+        | {
+            "surface": {"kind": "rectangle", "length": 1.0, "width": 0.2},
+            "supports": [*told["supports"], {"kind": "symmetry", "edge": "y1", "normal": "Y"}],
+            "loads": [told["loads"][0] | {"force": [0.0, 0.0, 0.5]}],
+            "ancf": {"time_step": 0.5, "levels": [{"mesh": [2, 1], "walls": True}]},
+        },
+        "half",
+    )
+    one, other = (solve(scene, scene.ancf.levels[0]).displacement[-1, 0] for scene in (whole, half))
+    np.testing.assert_allclose(other, one, atol=1e-8 * np.abs(one).max())
+    assert estimate(half, half.ancf.levels[0])["unknowns"] == solve(half, half.ancf.levels[0]).unknowns

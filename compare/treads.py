@@ -30,7 +30,9 @@ class Tread(Part):
     rock: narrow curved slots from both shoulders, by turns. traction: bars that point forward like a V, with a rib
     between them. block: rows of staggered blocks. rib: grooves along the direction of travel. smooth: one narrow
     groove near an edge, to measure wear by. along: the direction of travel. pitches: repetitions along it (rock,
-    traction, block). ribs: of a rib tread, or rows of blocks. void: the part of the face that is cut away.
+    traction, block). ribs: of a rib tread, or rows of blocks. void: the part of the face that is cut away. across: the
+    range that the tread takes up across the direction of travel, in the parameter of the mid-surface, as the crown of a
+    tire between its shoulders; it may reach beyond an edge, as where a half stands for the whole. Without it all.
     """
 
     kind: Literal["rock", "traction", "block", "rib", "smooth"]
@@ -40,6 +42,7 @@ class Tread(Part):
     void: Annotated[Positive, Field(lt=1)]
     pitches: Count = 4
     ribs: Count = 4
+    across: Interval | None = None
 
 
 def title(name: str) -> str:
@@ -49,16 +52,19 @@ def title(name: str) -> str:
 
 def grooves(tread: Tread, span: tuple[Interval, Interval]) -> list[dict[str, Any]]:
     """The tread's grooves as a scene states them, over the ranges `span` of x and y."""
-    place = _place(tread, span)
-    found = []
+    place, found = _place(tread, span), []
+    low, high = span["xy".index(_across(tread))]
     for shape in PATTERNS[tread.kind](tread):
         stated = {"name": f"{PREFIX}{tread.kind} {len(found) + 1}", "face": tread.face, "depth": tread.depth}
         if isinstance(shape, tuple):
             ends = sorted(place((0.0, t))["xy".index(_across(tread))] for t in shape)
-            found.append({**stated, "along": tread.along, "across": ends})
+            made = {"along": tread.along, "across": [max(ends[0], low), min(ends[1], high)]}
         else:
             points = [place(point) for point in shape["control_points"]]
-            found.append({**stated, "outline": {**shape, "control_points": [*points, points[0]]}})
+            ends = sorted(point["xy".index(_across(tread))] for point in points)
+            made = {"outline": {**shape, "control_points": [*points, points[0]]}}
+        if tread.across is None or (ends[0] < high and ends[-1] > low):
+            found.append(stated | made)
     return found
 
 
@@ -68,6 +74,8 @@ def _across(tread: Tread) -> str:
 
 def _place(tread: Tread, span: tuple[Interval, Interval]) -> Callable[[Point], Point]:
     """From (s, t) to (x, y)."""
+    if tread.across is not None:
+        span = (span[0], tread.across) if tread.along == "x" else (tread.across, span[1])
     (x0, x1), (y0, y1) = span
 
     def place(point: Point) -> Point:

@@ -11,7 +11,7 @@ from compare.plots import Series, history_plot, log_plot, map_plot
 from compare.report import Block, Bullets, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.hard_cases.chapter import Outcome
-from reports.tire import limits, rolling, standing
+from reports.tire import bounces, limits, rolling, savings, standing, treads
 from reports.tire.scenes import stated as scene_words
 
 TITLE = "Tire on the ground"
@@ -45,8 +45,10 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
         _energy(found),
         _symmetry(found["saved"]),
         *_stiffness(found["pressed"]),
+        *(bounces.figures(found["long"]) if "long" in found else ()),
         *(standing.figures(found["standing"]) if "standing" in found else ()),
         *(rolling.figures(found["rolling"]) if "rolling" in found else ()),
+        *(treads.figures(found["treads"]) if "treads" in found else ()),
         _hard(found["hard"]),
     ]
 
@@ -289,9 +291,12 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
         made.append(standing.section(found["standing"]))
     if "rolling" in found:
         made.append(rolling.section(found["rolling"]))
+    if "treads" in found:
+        made.append(treads.section(found["treads"]))
+    left_out = [*_saved(found["saved"]), *savings.blocks(found.get("omitted", []))]
     made += [
         Section("pressed", "Held by its rim, inflated, loaded", _pressed(found["pressed"]), "Axle load"),
-        Section("saved", "What was left out, and what that saved", _saved(found["saved"]), "Left out"),
+        Section("saved", "What was left out, and what that saved", left_out, "Left out"),
         Section("hard", "Hard cases", _hard_table(found["hard"]), "Hard cases"),
     ]
     return made
@@ -488,8 +493,7 @@ def _saved(outcomes: Sequence[Outcome]) -> list[Block]:
     ]
     words = [
         "The scene states two planes of symmetry, so three quarters of the tire are not modelled. The same fall from "
-        "the first touch on, 20 steps of the plate: equal answers, the costs beside them. Elements without a groove "
-        "have one subdomain, and all elements of a row around share their tables.",
+        "the first touch on, 20 steps of the plate: equal answers, the costs beside them.",
         "Not in the scene and not paid for: rim, inflation, plies, heat, damping of the rubber.",
     ]
     return [Text(words), Table("Parts of the tire.", SAVED, table)]

@@ -115,7 +115,7 @@ def _locked(result: Result, scene) -> dict[str, Any]:
     }
 
 
-BAR = 5.0  # %: of the two solvers' difference, that of the fall's peak force
+BAR = 1.0  # %: of the two solvers' rolling radii; loaded and free one are 9 % apart
 
 
 def figures(outcomes: Sequence[Outcome]) -> list[Figure]:
@@ -166,15 +166,33 @@ def _losses(plates: Sequence[Outcome]) -> list[Figure]:
 
 def _between(plates: Sequence[Outcome], solids: Sequence[Outcome]) -> list[Figure]:
     """Finest plate against finest solid."""
-    made = []
-    for key, label in (("effective_radius", "Effective rolling radius"), ("mean_load", "Mean load while it rolls")):
-        value, note = None, ""
-        if plates and solids:
-            signed = 100 * (plates[-1].get(key) / solids[-1].get(key) - 1)
-            value, note = abs(signed), f"{signed:+.2f} %: {plates[-1].get(key):,.5g} and {solids[-1].get(key):,.5g}."
-        against = "cross-code: one coarse solid"
-        made.append(at_most(f"rolling_{key}_percent", label, value, "%", BAR, against=against, note=note))
-    return made
+    values, notes = {}, {}
+    for key in ("effective_radius", "mean_load") if plates and solids else ():
+        own, other = plates[-1].get(key), solids[-1].get(key)
+        values[key], notes[key] = 100 * abs(own / other - 1), f"{own:,.5g} and {other:,.5g}."
+    against, stiff = (
+        "cross-code: one coarse solid",
+        " At a stated height 1 mm of inflated radius is 1.6 kN; see Standing.",
+    )
+    return [
+        at_most(
+            "rolling_agree_percent",
+            "Effective rolling radius, plate against solid",
+            values.get("effective_radius"),
+            "%",
+            BAR,
+            against=against,
+            note=notes.get("effective_radius", ""),
+        ),
+        stated(
+            "rolling_load_percent",
+            "Load while it rolls at the stated height, plate against solid",
+            values.get("mean_load"),
+            "%",
+            against=against,
+            note=notes.get("mean_load", "") + stiff,
+        ),
+    ]
 
 
 def _sliding(locked: Sequence[Outcome]) -> Figure:

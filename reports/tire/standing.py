@@ -45,22 +45,22 @@ def standing(solver: str = "ancf", inflation: float = 3e5, way: str = "loaded", 
     way: "loaded", by the axle as the scene has it, or "moved": the rim goes to where that load would bring it, at the
     same rate, and what keeps it there is the load.
     """
-    scene, level = _asked(solver, inflation, level)
-    result = _solved(scene, level, solver)
+    scene, level = asked(solver, level, {"loads.1.pressure": inflation})
+    result = solved(scene, level, solver)
     if way == "moved" and result.status == "ok":
         z = result.rim.displacement[:, 2]
         history = [[float(t), float(u)] for t, u in zip(result.times, z, strict=True)]
         rim = {"rim.free": None, "rim.displacement": [0.0, 0.0, 1.0], "rim.history": history}
-        result = _solved(_without_axle(scene.override(rim)), level, solver)
-    return _told(result, scene, way)
+        result = solved(_without_axle(scene.override(rim)), level, solver)
+    return told(result, scene, way)
 
 
-def _asked(solver: str, inflation: float, level: dict[str, Any]) -> tuple[Any, Any]:
-    """The scene and its only level."""
+def asked(solver: str, level: dict[str, Any], changes: dict[str, Any]) -> tuple[Any, Any]:
+    """The scene with some keys set otherwise, and its only level."""
     scene = load(SCENE)
     own = scene.ladder(solver)[0].model_dump(exclude_none=True) | {"budget": "quick"}
     own = {key: value for key, value in own.items() if key != "fit"} | level
-    scene = scene.override({"loads.1.pressure": inflation, solver: {"levels": [own]}})
+    scene = scene.override(changes | {solver: {"levels": [own]}})
     return scene, scene.ladder(solver)[0]
 
 
@@ -69,11 +69,11 @@ def _without_axle(scene):
     return scene.override({"loads": [item.model_dump(mode="json") for item in scene.loads if item.kind != "axle"]})
 
 
-def _solved(scene, level, solver: str) -> Result:
+def solved(scene, level, solver: str) -> Result:
     return importlib.import_module(SOLVERS[solver]).solve(scene, level)
 
 
-def _told(result: Result, scene, way: str) -> dict[str, Any]:
+def told(result: Result, scene, way: str) -> dict[str, Any]:
     """Numbers of a result, of the whole tire."""
     if result.status != "ok":
         return {"status": result.status, "message": result.message}
@@ -191,7 +191,7 @@ def section(outcomes: Sequence[Outcome]) -> Section:
         "axle above the ground, the stiffness the secant from a tenth of the load to the whole. The rim, the air and "
         "the load are each in the scene alone: a scene without them loads and pays for none of their code."
     ]
-    table = [_row(o) for o in outcomes]
+    table = [row(o) for o in outcomes]
     blocks: list[Block] = [Text(words), Table("The whole tire's numbers.", RUNS, table)]
     found = list(_limits(outcomes))
     blocks += [Table("Orders and limits.", LIMITS, found)] if found else []
@@ -199,7 +199,8 @@ def section(outcomes: Sequence[Outcome]) -> Section:
     return Section("standing", "On its rim, under its axle load", [*blocks, Plots(plots)], "Standing")
 
 
-def _row(o: Outcome) -> dict[str, Any]:
+def row(o: Outcome) -> dict[str, Any]:
+    """A run as a row."""
     told = o.asked.arguments
     level = f"{told['size']:g} m" if "size" in told else " x ".join(map(str, told["mesh"]))
     level += ", lines on groove edges" if "fit" in told else ""

@@ -14,7 +14,7 @@ from typing import Any
 
 from reports import frame
 from reports.hard_cases.chapter import Asked
-from reports.tire import page, rolling, standing
+from reports.tire import page, rolling, savings, standing, treads
 
 RUNS = "tire.runs"
 UNTIL = 0.32  # s: the first bounce
@@ -45,6 +45,8 @@ def units(budget: str) -> list[tuple[str, Asked]]:
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
     found += [("pressed", asked) for asked in _pressed(budget)]
     found += [("rolling", asked) for asked in rolling.units(budget)]
+    found += [("omitted", asked) for asked in savings.units()]
+    found += [("treads", asked) for asked in treads.units(budget)]
     found += [("standing", asked) for asked in standing.units(budget)]
     found += [("hard", asked) for asked in _hard(budget)]
     found.append(("rubber", Asked(f"{RUNS}.rubber", {"mesh": [12, 5]})))

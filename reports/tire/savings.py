@@ -1,0 +1,122 @@
+"""What each omission on the tire saves, measured: plain elements, repeated ones, and points far from the ground."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from compare.report import Block, Column, Table
+from reports.hard_cases.chapter import Asked, Outcome
+from reports.tire.scenes import stated, tire
+
+RUN = "tire.savings"
+REPEATS = 5
+SEAM = 1e-7  # m: depth of grooves that take nothing, and divide elements like those that do
+
+
+def units() -> list[Asked]:
+    """What is run."""
+    return [Asked(f"{RUN}.{name}", {"mesh": [12, 5]}) for name in ("divided", "repeated", "searched")]
+
+
+def divided(mesh: list[int], **told: Any) -> dict[str, Any]:
+    """Elements without a groove have no subdomains: the tangent of the tire, and of one whose every element is divided
+    as a grooved one is, by grooves without depth."""
+    from ancf.unpack import build
+
+    everywhere = _everywhere(mesh)
+    own = {}
+    for name, grooves in (("with", None), ("without", everywhere)):
+        more = {} if grooves is None else {"grooves": [*stated()["grooves"], *grooves]}
+        model = build(*tire({"mesh": mesh, **told}, **more))
+        Q, elements = model.system.assembly.gather(model.mesh.vectors.ravel()), model.body.elements
+        own[name] = _least(lambda e=elements, q=Q: [None for _ in e.tangent(q)])
+    return _told("elements without a groove have no subdomains", "tangent of the quarter", own)
+
+
+def _everywhere(mesh: list[int]) -> list[dict[str, Any]]:
+    """A groove around the tire in each row of elements that has none of the scene's, with as many corners."""
+    first, last = (stated()["surface"]["section"]["knots"][k] for k in (0, -1))
+    lines = np.linspace(first, last, mesh[1] + 1)
+    taken = [[point[0] for point in groove["profile"]["control_points"]] for groove in stated()["grooves"]]
+    found = []
+    for k, (low, high) in enumerate(pairwise(lines)):
+        if not any(low < place < high for places in taken for place in places):
+            at = low + (high - low) * np.array([0.2, 0.3, 0.7, 0.8])
+            points = [[float(y), SEAM if 0 < i < 3 else 0.0] for i, y in enumerate(at)]
+            profile = {"degree": 1, "knots": [0, 0, 1, 2, 3, 3], "control_points": points}
+            found.append({"name": f"none {k}", "face": "top", "along": "x", "profile": profile})
+    return found
+
+
+def repeated(mesh: list[int], **told: Any) -> dict[str, Any]:
+    """Elements around the tire that see the same grooves are integrated once: building it, and each on its own."""
+    from ancf import system
+    from ancf.unpack import build
+
+    scene, level = tire({"mesh": mesh, **told})
+    build(scene, level)
+    own = {"with": _least(lambda: build(scene, level))}
+    shared = system.distinct
+    system.distinct = lambda mesh, *more: (np.arange(len(mesh.cells)), np.arange(len(mesh.cells)))
+    try:
+        own["without"] = _least(lambda: build(scene, level))
+    finally:
+        system.distinct = shared
+    return _told("elements that see equal grooves are integrated once", "building the quarter", own)
+
+
+def searched(mesh: list[int], part: float = 0.5, **told: Any) -> dict[str, Any]:
+    """Points far from the ground: gaps of the whole tread against those of its lower part alone, in an iteration of
+    Newton's method, which needs force, tangent and factors anyway. Every point is looked at: nothing is left out here,
+    and what that would save is told."""
+    from ancf.linear_solver import LinearSolver
+    from ancf.unpack import build
+
+    model = build(*tire({"mesh": mesh, **told}))
+    pair, q = model.system.contact.pairs[0], model.mesh.vectors.ravel()
+    low = np.flatnonzero(pair.face.points[:, 0] > np.pi * part)
+    rows = pair.face.rows[low]
+    whole = _least(lambda: pair.obstacle.gap(pair.face.positions(q)))
+    lower = _least(lambda: pair.obstacle.gap(rows @ q.reshape(-1, 3)))
+    acting = model.system
+    solver, matrix = LinearSolver(acting.assembly.pattern), acting.tangent(q) + 1e6 * acting.mass_values
+    rest = _least(lambda: (acting.force_internal(q), acting.tangent(q), solver.factorise(matrix)))
+    own = {"with": rest + lower, "without": rest + whole}
+    return _told("not made: points of the upper half of the tire are looked at too", "an iteration", own)
+
+
+def _told(what: str, where: str, own: dict[str, float]) -> dict[str, Any]:
+    with_it, without = own["with"], own["without"]
+    return {"what": what, "where": where, "with": with_it, "without": without, "saved": 100 * (1 - with_it / without)}
+
+
+def _least(call: Callable[[], Any]) -> float:
+    """CPU seconds, the least of REPEATS, after one call that fills caches."""
+    call()
+    found = []
+    for _ in range(REPEATS):
+        begin = time.process_time()
+        call()
+        found.append(time.process_time() - begin)
+    return min(found)
+
+
+COLUMNS = (
+    Column("what", "omission", "wrap"),
+    Column("where", "of", "wrap"),
+    Column("without", "CPU without it", ".4f", "s"),
+    Column("with", "with it", ".4f", "s"),
+    Column("saved", "saved", ".1f", "%"),
+    Column("status", "status"),
+)
+
+
+def blocks(outcomes: Sequence[Outcome]) -> list[Block]:
+    """The table of omissions."""
+    rows = [{c.key: o.get(c.key) for c in COLUMNS} | {"status": o.measured.status} for o in outcomes]
+    return [Table("Other omissions, each measured on the quarter of 24 x 10 elements.", COLUMNS, rows)]

@@ -52,6 +52,13 @@ def test_inflation_and_deflection_each_raise_the_axle_load():
     assert lifted == 0.0 and 1e4 < plain < inflated
 
 
+def test_the_cost_of_rubber_counts_all_groups_of_elements():
+    """Elements with kinks have more functions than those without: both kinds are timed, and counted."""
+    found = runs.rubber(mesh=[2, 5])
+    assert found["elements"] == 10 and found["points_per_element"] > 4 * 4 * 3
+    assert 0 < found["force_us"] < found["tangent_us"] and 0 < found["force_us_plain"]
+
+
 def _run(size: float, solver: str, error: float, seconds: float, mesh=page.MESH, **more) -> Outcome:
     """A run whose path and numbers differ from a half sine and 1 by `error`."""
     told = {"solver": "reference", "size": size} if solver == "reference" else {"mesh": mesh}

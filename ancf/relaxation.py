@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancf.rubber import AB, cofactors, compiled, factors, inlined
+from ancf.rubber import AB, cofactors, compiled, factors, inlined, inverse_cube_roots
 
 MOST = 25  # iterations
 CLOSE = 1e-7  # change of e whose square no longer counts
@@ -39,7 +39,8 @@ def relax(law, C, volume, b):
     """
     points = len(volume)
     rest, K = np.empty((4, points)), np.empty(6)
-    e, S, D, floor = np.empty(points), np.empty(points), np.empty(points), np.empty(points)
+    e, S, D, floor, square = (np.empty(points), np.empty(points), np.empty(points), np.empty(points), np.empty(points))
+    root, weight, moment = np.empty(points), np.empty(points), np.empty(points)
     H, beta = np.empty((4, 4)), np.empty(4)
     for own in C:
         for q in range(points):
@@ -47,8 +48,14 @@ def relax(law, C, volume, b):
             rest[3, q], e[q] = K[2], 0.0
         found = False
         for _ in range(MOST):
-            normal_stress(law, own, rest, e, S, D, floor)
-            balance(volume, b, e, S, D, H, beta)
+            for q in range(points):
+                square[q] = rest[2, q] + 2.0 * rest[3, q] * e[q]
+            inverse_cube_roots(square, root)
+            normal_stress(law, own, rest, e, square, root, S, D, floor)
+            for q in range(points):
+                weight[q] = volume[q] / D[q]
+                moment[q] = weight[q] * S[q] - volume[q] * e[q]
+            balance(b, weight, moment, H, beta)
             factorise(H)
             solve(H, beta)
             largest = 0.0
@@ -65,31 +72,38 @@ def relax(law, C, volume, b):
 
 
 @inlined
-def normal_stress(law, C, rest, e, S, D, floor):
-    """Fill S = S33, D = dS33/dE33 and the least change of e that one iteration may make, each (q,)."""
+def normal_stress(law, C, rest, e, square, root, S, D, floor):
+    """Fill S = S33, D = dS33/dE33 and the least change of e that one iteration may make, each (q,).
+
+    square, root (q,): det C and det C^(-1/3) with the e (q,) of now.
+    """
     mu10, mu01, bulk = law
     for q in range(len(e)):
         in_plane = C[0, q] + C[1, q]
-        square = rest[2, q] + 2.0 * rest[3, q] * e[q]
         I1, I2 = rest[0, q] + 2.0 * e[q], rest[1, q] + 2.0 * in_plane * e[q]
-        _, f1, f2, s, c = factors(mu10, mu01, bulk, I1, I2, square)
-        inverse = rest[3, q] / square  # (C^-1)33
+        _, f1, f2, s, c = factors(mu10, mu01, bulk, I1, I2, square[q], root[q])
+        inverse = rest[3, q] / square[q]  # (C^-1)33
         S[q] = 2.0 * f1 + 2.0 * f2 * in_plane + s * inverse
         D[q] = inverse * ((c - 2.0 * s) * inverse - 8.0 / 3.0 * f1 - 16.0 / 3.0 * f2 * in_plane)
         floor[q] = (LEAST - 1.0) / 2.0 / inverse
 
 
 @inlined
-def balance(volume, b, e, S, D, H, right):
-    """Fill H (4, 4), its lower triangle, and the right side (4,) of the equations for beta."""
-    H[:], right[:] = 0.0, 0.0
-    for q in range(len(e)):
-        weight = volume[q] / D[q]
-        moment = weight * S[q] - volume[q] * e[q]
-        for k in range(4):
-            right[k] += b[k, q] * moment
-            for l in range(k + 1):
-                H[k, l] += b[k, q] * b[l, q] * weight
+def balance(b, weight, moment, H, right):
+    """Fill H (4, 4), its lower triangle, and the right side (4,) of the equations for beta.
+
+    weight dV / D and moment (n . S n / D - e) dV, both (q,).
+    """
+    for k in range(4):
+        total = 0.0
+        for q in range(len(weight)):
+            total += b[k, q] * moment[q]
+        right[k] = total
+        for l in range(k + 1):
+            total = 0.0
+            for q in range(len(weight)):
+                total += b[k, q] * b[l, q] * weight[q]
+            H[k, l] = total
 
 
 @inlined

@@ -52,12 +52,19 @@ def test_inflation_and_deflection_each_raise_the_axle_load():
     assert lifted == 0.0 and 1e4 < plain < inflated
 
 
-def _run(size: float, solver: str, error: float, seconds: float, **more) -> Outcome:
+def test_the_cost_of_rubber_counts_all_groups_of_elements():
+    """Elements with kinks have more functions than those without: both kinds are timed, and counted."""
+    found = runs.rubber(mesh=[2, 5])
+    assert found["elements"] == 10 and found["points_per_element"] > 4 * 4 * 3
+    assert 0 < found["force_us"] < found["tangent_us"] and 0 < found["force_us_plain"]
+
+
+def _run(size: float, solver: str, error: float, seconds: float, mesh=page.MESH, **more) -> Outcome:
     """A run whose path and numbers differ from a half sine and 1 by `error`."""
-    told = {"solver": "reference", "size": size} if solver == "reference" else {"mesh": page.MESH}
+    told = {"solver": "reference", "size": size} if solver == "reference" else {"mesh": mesh}
     path = -0.1 * (1 + error) * np.sin(np.pi * T / T[-1])
     values = {
-        "ended": "ok", "h": size, "elements": 60, "cpu_seconds": seconds, "times": T.tolist(),
+        "ended": "ok", "h": size, "elements": 60, "unknowns": 99, "cpu_seconds": seconds, "times": T.tolist(),
         "node_1": path.tolist(), "force": (-path).tolist(), "area": (-path).tolist(),
         "ratio": (1 + error * path).tolist(), "travel": 0.1 * (1 + error), "peak_force": 1 + error,
         "footprint": 1 + error, "energy_residual": 0.1, "finite": True,
@@ -83,6 +90,8 @@ def _found() -> dict[str, list[Outcome]]:
     ]
     return {
         "drop": [*solids, _run(0.3, "ancf", -0.025, 20.0)],
+        "knots": [_run(0.3, "ancf", -0.01, 25.0, page.ON_KNOTS)],
+        "smooth": [_run(0.3, "ancf", -0.06, 15.0)],
         "print": [],
         "saved": parts,
         "pressed": [_held(100.0), _held(98.0, solver="reference", size=0.2)],
@@ -97,6 +106,8 @@ def test_the_page_finds_the_limit_its_errors_and_the_cost_at_equal_error(tmp_pat
     assert judged["height_difference_percent"].value == pytest.approx(2.5, rel=1e-6)
     assert judged["peak_force_percent"].value == pytest.approx(2.5, rel=1e-6) and judged["peak_force_percent"].met
     assert judged["cost_ratio"].value == pytest.approx(400 / 20.0, rel=1e-6)
+    assert judged["on_knots_height_percent"].value == pytest.approx(1.0, rel=1e-6)
+    assert judged["smooth_height_percent"].value == pytest.approx(6.0, rel=1e-6)
     assert judged["static_load_percent"].value == pytest.approx(100 * 2 / 98)
     assert judged["tangent_us"].met is False and judged["force_us"].met
     assert judged["hard_cases_failed"].value == 1  # its energy drifts by 9 % under the name ok

@@ -142,12 +142,9 @@ def rubber(mesh: tuple[int, int] = (12, 5), **told: Any) -> dict[str, Any]:
         model = build(scene, level)
         system = model.system
         q = model.mesh.vectors.ravel() * (1 + 1e-3 * np.sin(np.arange(model.mesh.vectors.size)))
-        Q = system.assembly.gather(q)
-        elements, count = model.body.elements, len(model.mesh.connectivity)
-        force = _least(lambda: elements.force(Q))
-        tangent = _least(lambda: [None for _ in elements.tangent(Q)])
+        count, force, tangent = len(model.mesh.connectivity), *_seconds(model.body.elements, system.assembly.gather(q))
         plain = _plain(mesh, told)
-    points = sum(len(form.volume) for form in _forms(elements))
+    points = sum(len(form.volume) for group in _groups(model.body.elements) for form in _forms(group))
     return {
         "elements": count,
         "points_per_element": points / count,
@@ -164,9 +161,21 @@ def _plain(mesh, told) -> tuple[float, float]:
 
     scene, level = tire({"mesh": list(mesh), **told}, grooves=[])
     model = build(scene, level)
-    Q, elements = model.system.assembly.gather(model.mesh.vectors.ravel()), model.body.elements
+    spent = _seconds(model.body.elements, model.system.assembly.gather(model.mesh.vectors.ravel()))
     count = len(model.mesh.connectivity)
-    return _least(lambda: elements.force(Q)) / count, _least(lambda: [None for _ in elements.tangent(Q)]) / count
+    return spent[0] / count, spent[1] / count
+
+
+def _seconds(elements, Q) -> tuple[float, float]:
+    """CPU seconds of a force and of a tangent of all elements."""
+    pairs = list(zip(_groups(elements), Q if hasattr(elements, "groups") else [Q], strict=True))
+    force = _least(lambda: [group.force(own) for group, own in pairs])
+    return force, _least(lambda: [list(group.tangent(own)) for group, own in pairs])
+
+
+def _groups(elements) -> tuple:
+    """Groups of elements with equally many functions."""
+    return getattr(elements, "groups", (elements,))
 
 
 def _forms(elements) -> list:

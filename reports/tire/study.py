@@ -23,9 +23,9 @@ EVEN = {  # elements of the quarter
     "standard": ([6, 3], [8, 4], [12, 5], [16, 8]),
     "full": ([6, 3], [8, 4], [12, 5], [16, 8], [24, 10]),
 }
-FITTED = {"quick": ([12, 4],), "standard": ([8, 3], [12, 4], [16, 8]), "full": ([8, 3], [12, 4], [16, 8], [24, 10])}
-SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.3, 0.22, 0.16), "full": (0.3, 0.22, 0.16, 0.13)}
-PAPER = {"element": "conforming", "volumetric": "reduced", "points": [4, 4, 3]}
+SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.22, 0.16, 0.11), "full": (0.22, 0.16, 0.11, 0.08)}
+SMOOTH = {"walls": False}  # elements without kinks, for comparison
+PAPER = {"element": "conforming", "volumetric": "reduced", "points": [4, 4, 3], **SMOOTH}
 LONG = {"quick": [], "standard": [6, 3], "full": [12, 5]}
 
 
@@ -33,16 +33,15 @@ def units(budget: str) -> list[tuple[str, Asked]]:
     """What is run, each under the part of the page that it belongs to; the dearest first."""
     found = [("drop", _drop(solver="reference", size=size)) for size in reversed(SIZES[budget])]
     found += [("drop", _drop(mesh=mesh)) for mesh in EVEN[budget]]
-    found += [("drop", _drop(mesh=mesh, fit=page.FIT)) for mesh in FITTED[budget]]
+    found.append(("knots", _drop(mesh=page.ON_KNOTS)))
+    found += [("smooth", _drop(mesh=mesh, **SMOOTH)) for mesh in EVEN[budget]]
     if LONG[budget]:
         found.append(("long", Asked(f"{RUNS}.drop", {"mesh": LONG[budget], "until": 2.0})))
     if budget != "quick":
         found += [("paper", _drop(mesh=mesh, **PAPER)) for mesh in ([6, 3], [12, 5])]
         found += [("points", _drop(mesh=mesh, law="points")) for mesh in ([6, 3], [12, 5])]
         found.append(("print", Asked(f"{RUNS}.footprint", {"solver": "reference", "size": SIZES[budget][-2]})))
-    found.append(
-        ("print", Asked(f"{RUNS}.footprint", {"mesh": FITTED[budget][-1], "fit": page.FIT, "points": [7, 5, 3]}))
-    )
+    found.append(("print", Asked(f"{RUNS}.footprint", {"mesh": page.MESH, "points": [8, 5, 3]})))
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
     found += [("pressed", asked) for asked in _pressed(budget)]
     found += [("rolling", asked) for asked in rolling.units(budget)]
@@ -62,7 +61,7 @@ def _pressed(budget: str) -> Iterator[Asked]:
     """Load-deflection curves with and without inflation, and one point of them by the solid."""
     for inflation in (0.0, page.INFLATION):
         for deflection in (0.01, 0.02, page.DEFLECTION, 0.06):
-            told = {"deflection": deflection, "inflation": inflation, "mesh": page.LINED, "fit": page.FIT}
+            told = {"deflection": deflection, "inflation": inflation, "mesh": page.MESH}
             yield Asked(f"{RUNS}.pressed", told)
     for size in SIZES[budget][:3]:
         told = {"deflection": page.DEFLECTION, "inflation": page.INFLATION, "solver": "reference", "size": size}

@@ -8,6 +8,7 @@ from ancf.hyperelastic import SHEAR, HyperelasticElements, form
 from ancf.material import MooneyRivlin, from_engineering
 from ancf.mesh import grid
 from ancf.packing import packing
+from ancf.rubber import inverse_cube_roots
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, Band, element_rule
 from ancf.system import FULL, REDUCED, RELAXED, body
@@ -171,3 +172,14 @@ def test_the_shear_factor_is_reissners():
         q[made.mesh.kinds == "r_z", 0] += 1e-4
         energy = made.elements.energy(q[made.connectivity])
         assert energy == pytest.approx(factor * RUBBER.shear / 2 * 1e-8 * made.volume, rel=1e-6)
+
+
+@pytest.mark.parametrize("span", [(0.6, 1 / 0.6), (1e-3, 50.0)])
+def test_inverse_cube_roots_end_in_round_off(span):
+    """Iterated near one, by logarithms where any is farther off: 4 units in the last place."""
+    square, root = np.linspace(*span, 1001), np.empty(1001)
+    inverse_cube_roots(square, root)
+    np.testing.assert_allclose(root, square ** (-1 / 3), rtol=1e-15)
+    square[3] = -0.1
+    inverse_cube_roots(square, root)
+    assert np.isnan(root[3]) and np.isfinite(root[4:]).all()

@@ -28,8 +28,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import lapack
@@ -37,8 +35,8 @@ from scipy.linalg import lapack
 from ancf.element import Integrand, Terms
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
+from ancf.products import Flipped, Product, flipped, products, runs_of
 
-FEW = 3
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
@@ -130,79 +128,6 @@ def from_first_node(Q: np.ndarray, positions: tuple[int, ...]) -> np.ndarray:
     Q = Q.copy()
     Q[:, positions] -= Q[:, positions[:1]]
     return Q
-
-
-def _runs(form_of: np.ndarray) -> list[tuple[slice, slice]]:
-    """Runs of one portion in order: consecutive elements that share one form, or have one each, and their forms."""
-    starts = np.flatnonzero(np.r_[True, np.diff(form_of) != 0])
-    stops = np.r_[starts[1:], len(form_of)]
-    runs: list[tuple[slice, slice]] = []
-    for start, stop in zip(starts.tolist(), stops.tolist(), strict=True):
-        g = int(form_of[start])
-        e, forms = runs[-1] if runs else (slice(0, 0), slice(0, 0))
-        alone = stop - start == 1 and e.stop - e.start == forms.stop - forms.start
-        if runs and alone and forms.stop == g:
-            runs[-1] = slice(e.start, stop), slice(forms.start, g + 1)
-        else:
-            runs.append((slice(start, stop), slice(g, g + 1)))
-    return runs
-
-
-class Product(NamedTuple):
-    """out = vectors tensors of one run: views of a portion's work arrays, made once.
-
-    A shared form: (rows, m), (m, n), (rows, n), or (m,), (m, n), (n,) of one row. A form each: (g, rows, m), (g, m, n),
-    (g, rows, n).
-    """
-
-    vectors: np.ndarray
-    tensors: np.ndarray
-    out: np.ndarray
-
-    def compute(self) -> None:
-        """Fill `out`."""
-        np.matmul(self.vectors, self.tensors, out=self.out)
-
-
-def _products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray):
-    """Products of all runs for out (e, ..., n) = vectors (e, ..., m) times the element's tensor of tensors (g, m, n).
-
-    Up to FEW rows that share a form are computed one by one: BLAS first copies a matrix for its product with another
-    one, which takes as long as multiplying it with three vectors.
-    """
-    _, m, n = tensors.shape
-    products = []
-    for e, forms in runs:
-        count = forms.stop - forms.start
-        shared = (-1,) if count == 1 else (count, -1)
-        own = tensors[forms.start] if count == 1 else tensors[forms]
-        left, right = vectors[e].reshape(*shared, m), out[e].reshape(*shared, n)
-        if count == 1 and len(left) <= FEW:
-            products += [Product(row, own, result) for row, result in zip(left, right, strict=True)]
-        else:
-            products.append(Product(left, own, right))
-    return products
-
-
-class Flipped(NamedTuple):
-    """A run of a portion's elements that are images of their form with other signs: those of the entries of packed
-    tangents, upper (6 x 136,) and lower (3 x 120,)."""
-
-    e: slice
-    upper: np.ndarray
-    lower: np.ndarray
-
-
-def _flipped(signs: np.ndarray) -> list[Flipped]:
-    """Runs of elements with signs (e, i) of which some are negative, in order."""
-    pair, runs = pairs(signs.shape[1]), []
-    starts = np.flatnonzero(np.r_[True, (np.diff(signs, axis=0) != 0).any(axis=1)]).tolist()
-    for start, stop in pairwise([*starts, len(signs)]):
-        own = signs[start]
-        if own.min() < 0:
-            of_pairs = own[pair.first] * own[pair.second]
-            runs.append(Flipped(slice(start, stop), np.tile(of_pairs, 6), np.tile(of_pairs[: pair.crossed], 3)))
-    return runs
 
 
 @dataclass(frozen=True, eq=False)
@@ -354,12 +279,12 @@ class QuadraticElements:
             own = slice(start - first, start - first + len(forms))
             upper = span[: size * 6 * m].reshape(size, 6, m)[own]
             lower = span[size * 6 * m :].reshape(size, 3, c)[own]
-            e, arrays, runs = slice(start, start + len(forms)), work[len(forms)], _runs(forms)
-            stress = _products(runs, arrays["D"], self.stress, arrays["P"])
-            tangent = _products(runs, arrays["even"], self.symmetric, upper)
-            tangent += _products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
+            e, arrays, runs = slice(start, start + len(forms)), work[len(forms)], runs_of(forms)
+            stress = products(runs, arrays["D"], self.stress, arrays["P"])
+            tangent = products(runs, arrays["even"], self.symmetric, upper)
+            tangent += products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
             signs = self.signs[e]
-            parts = span, upper, lower, _flipped(signs), signs[..., None]
+            parts = span, upper, lower, flipped(signs), signs[..., None]
             portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, *parts))
         return portions
 

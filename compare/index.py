@@ -43,7 +43,11 @@ def page(folder: Path) -> Page:
             unread.append(f"{path.name} is no page's JSON: {type(error).__name__}.")
     rows.sort(key=lambda row: (row["verdict"] != "missed", row["page"].text))
     judged, met = sum(row["asked"] for row in rows), sum(row["met"] for row in rows)
-    words = f"{len(rows)} studies, {met} of {judged} judged figures met." if rows else "No study has been run yet."
+    words = (
+        f"{len(rows)} {'study' if len(rows) == 1 else 'studies'}, {met} of {judged} judged figures met."
+        if rows
+        else "No study has been run yet."
+    )
     table = Table("Studies", COLUMNS, rows, [NOTE, *unread])
     return Page("Groovecheck", LEAD, [Section("studies", "Studies", [Text([words]), table])], FOOTER)
 

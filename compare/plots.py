@@ -335,9 +335,8 @@ def _themed(
         svg = svg.replace(look.colour, f"var({look.variable}, {look.colour})")
     used = set(re.findall(r"(?:href=\"#|url\(#)([^\")]+)", svg))
     svg = re.sub(rf' id="({SERIES}\d+)"', r' data-series="\1"', svg)
-    svg = re.sub(r' id="axes_\d+"', " data-panel", svg)
+    svg = re.sub(r' id="axes_\d+"', ' data-panel=""', svg)
     svg = re.sub(r' id="([xy])tick_\d+"', r' data-tick="\1"', svg)
-    svg = re.sub(r' id="matplotlib\.axis_\d+"', " data-axis", svg)
     svg = re.sub(r" id=\"([^\"]+)\"", lambda found: found[0] if found[1] in used else "", svg)
     svg = re.sub(r"font: ([\d.]+px) [^;\"]+", r"font-size: \1", svg)
     box = re.search(r"viewBox=\"[^\"]+\"", svg)[0]

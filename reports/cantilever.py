@@ -16,6 +16,7 @@ from compare.study import Entry, Unit, level_name
 from compare.table import height, in_ladders, percent, rule
 from compare.verdict import Figure, at_most, stated
 from reports import calculix_solver, sections, split, third
+from reports import scene as alone
 from reports.ladders import (
     NAMES,
     Ladder,
@@ -326,7 +327,12 @@ def table5(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 
 
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
-    """Write cantilever.html and cantilever.json into `folder`; returns the page's path."""
+    """Write the scene's page and json into `folder`; returns the page's path.
+
+    A scene that was run without the printed table's own scenes has a page of its own, not an empty exhibit.
+    """
+    if not {PLAIN, GROOVED} & {entry.scene.name for entry in entries}:
+        return alone.publish(scene, entries, rows, folder)
     judged = figures(entries, rows)
     found = {
         **page_content(entries, rows, judged),

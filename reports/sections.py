@@ -276,8 +276,11 @@ def information(figures: Sequence[Figure]) -> Table:
         Column("against", "beside", "wrap"),
         Column("note", "note", "wrap"),
     ]
-    rows = [{**vars(figure), "unit": figure.unit or "1"} for figure in figures]
-    return Table("Stated for information; nothing is asked of these", columns, rows)
+    known = [figure for figure in figures if figure.value is not None]
+    rows = [{**vars(figure), "unit": figure.unit or "1"} for figure in known]
+    left = [figure.label for figure in figures if figure.value is None]
+    notes = [f"Without a value in this run: {'; '.join(left)}."] if left else []
+    return Table("Stated for information; nothing is asked of these", columns, rows, notes)
 
 
 def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:

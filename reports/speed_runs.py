@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from compare import study
 from compare.external import calculix, exudyn
 from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 from compare.table import height
+from reports.speed_profile import clocked, integrated, operations
 
 EXACT = [7, 7, 3]
 ENOUGH = [5, 5, 3]  # of enriched elements: the heights of the patch are within 2e-5 of those of EXACT
@@ -36,20 +36,19 @@ def ancf(
 ) -> dict[str, Any]:
     """ANCF from start to end: least CPU and wall seconds of `repeats` runs.
 
-    "split": CPU seconds of the cheapest run by part: set-up, force, tangent, factor, solve, inertia and the rest.
-    "products_gflop": 10^9 operations of its matrix products, which no run can spare.
+    "split", "calls": CPU seconds of the cheapest run and calls by part: set-up, those of `speed_profile`, the rest.
+    "gflop": 10^9 operations by part that no run can spare.
     """
     from ancf.run import solve
     from ancf.unpack import build
 
-    stated = _until(load(scene), until)
+    stated = _until(unpictured(scene), until)
     level = AncfLevel(mesh=(mesh, mesh), element=element, points=tuple(points), time_step=time_step)
-    begin = time.process_time()
-    model = build(stated, level)
-    setup = time.process_time() - begin
-    results, splits = [], []
+    with integrated() as forms:
+        model = build(stated, level)
+    setup, results, splits = _setup(lambda: build(stated, level), repeats), [], []
     for _ in range(repeats):
-        with _clocked() as spent:
+        with clocked() as (spent, calls):
             results.append(solve(stated, level))
         rest = max(0.0, results[-1].cpu_seconds - setup - sum(spent.values()))
         splits.append({"set-up": setup, **spent, "rest": rest})
@@ -58,53 +57,20 @@ def ancf(
         **_summary(results),
         "setup_seconds": setup,
         "distinct": results[0].facts["distinct_elements"],
-        "products_gflop": _products(model.body.elements, results[0]),
         "split": splits[cheapest],
+        "calls": calls,
+        "gflop": operations(model.system, calls, forms),
     }
 
 
-def _products(elements, result) -> float:
-    """10^9 operations of the products behind a run's forces (one an iteration and a step), energies and tangents."""
-    stress, even, odd = (
-        2e-9 * np.prod(getattr(elements, name).shape[1:]) for name in ("stress", "symmetric", "antisymmetric")
-    )
-    stresses = result.newton_iterations + result.steps + len(result.times)
-    tangents = result.facts["factorisations"]
-    return float(len(elements.form_of) * (stresses * stress + tangents * (stress + 6 * even + 3 * odd)))
-
-
-@contextmanager
-def _clocked() -> Iterator[dict[str, float]]:
-    """CPU seconds by part of what ANCF solves inside; the clocks cost about 2 microseconds a call."""
-    from ancf.linear_solver import LinearSolver
-    from ancf.system import System
-
-    spent = dict.fromkeys(("force", "tangent", "factor", "solve", "inertia"), 0.0)
-
-    def clocked(part: str, function: Callable) -> Callable:
-        def call(*arguments):
-            begin = time.process_time()
-            found = function(*arguments)
-            spent[part] += time.process_time() - begin
-            return found
-
-        return call
-
-    factorise = clocked("factor", LinearSolver.factorise)
-    parts = {
-        (System, "force_internal"): clocked("force", System.force_internal),
-        (System, "tangent"): clocked("tangent", System.tangent),
-        (System, "inertia"): clocked("inertia", System.inertia),
-        (LinearSolver, "factorise"): lambda *arguments: clocked("solve", factorise(*arguments)),
-    }
-    kept = {place: getattr(*place) for place in parts}
-    try:
-        for place, function in parts.items():
-            setattr(*place, function)
-        yield spent
-    finally:
-        for place, function in kept.items():
-            setattr(*place, function)
+def _setup(build: Callable[[], Any], repeats: int) -> float:
+    """Least CPU seconds of a set-up."""
+    found = []
+    for _ in range(repeats):
+        begin = time.process_time()
+        build()
+        found.append(time.process_time() - begin)
+    return min(found)
 
 
 def _summary(results: list) -> dict[str, Any]:
@@ -122,6 +88,11 @@ def _summary(results: list) -> dict[str, Any]:
         "newton_iterations": first.newton_iterations,
         "factorisations": first.facts["factorisations"],
     }
+
+
+def unpictured(name: str) -> Scene:
+    """A shipped scene without the stress on its surface, which is for pictures: the cost of the height alone."""
+    return load(name).override({"surface_stress": False})
 
 
 def _until(scene: Scene, until: float) -> Scene:
@@ -189,7 +160,7 @@ def reference(scene: str, size: float, time_step: float, until: float = 1.0, rep
     """The reference from start to end: least CPU and wall seconds of `repeats` runs, and its own split."""
     from reference_fe.run import solve
 
-    stated = _until(load(scene), until)
+    stated = _until(unpictured(scene), until)
     level = ReferenceLevel(size=size, time_step=time_step)
     results = [solve(stated, level) for _ in range(repeats)]
     found = _summary(results)
@@ -210,7 +181,7 @@ def curve(
     meshes = [("conforming", n, EXACT) for n in conforming] + [("enriched", n, ENOUGH) for n in enriched]
     own = [{"mesh": [n, n], "element": name, "points": rule, "time_step": time_step} for name, n, rule in meshes]
     solid = [{"size": size, "time_step": time_step} for size in sizes]
-    scene = load(PATCH).override({"ancf": {"levels": own}, "reference": {"levels": solid}})
+    scene = unpictured(PATCH).override({"ancf": {"levels": own}, "reference": {"levels": solid}})
     solvers = {"ancf": "ancf.run", "reference": "reference_fe.run"}
     found = []
     for _ in range(rounds):
@@ -238,7 +209,9 @@ def _level(entry: study.Entry) -> dict[str, Any]:
     }
 
 
-def own_steps(enriched: list[int], sizes: list[float], time_steps: list[float], repeats: int = 3) -> dict[str, Any]:
+def own_steps(
+    enriched: list[list[int]], sizes: list[float], time_steps: list[float], repeats: int = 3
+) -> dict[str, Any]:
     """The patch-loaded plain cantilever at every mesh and time step, for each solver to choose its cheapest.
 
     "rows": height, least wall and CPU seconds of `repeats` runs. "time_shift": what the height (m) of a 4x4 mesh
@@ -247,19 +220,19 @@ def own_steps(enriched: list[int], sizes: list[float], time_steps: list[float], 
     from ancf.run import solve
     from reference_fe.run import solve as solve_solid
 
-    def level(n: int, step: float) -> AncfLevel:
-        return AncfLevel(mesh=(n, n), element="enriched", points=tuple(ENOUGH), time_step=step)
+    def level(mesh: list[int], step: float) -> AncfLevel:
+        return AncfLevel(mesh=tuple(mesh), element="enriched", points=tuple(ENOUGH), time_step=step)
 
-    patch, rows = load(PATCH), []
+    patch, rows = unpictured(PATCH), []
     for step in time_steps:
         ladder = {"levels": [{"mesh": [4, 4], "points": ENOUGH, "time_step": step}]}
         question = patch.override({"analysis.every": step, "ancf": ladder, "reference": None})
-        asked = [("enriched", f"{n}x{n}", solve, level(n, step)) for n in enriched]
+        asked = [("enriched", "x".join(map(str, mesh)), solve, level(mesh, step)) for mesh in enriched]
         asked += [("reference", f"h={h:g}", solve_solid, ReferenceLevel(size=h, time_step=step)) for h in sizes]
         for series, mesh, solver, chosen in asked:
             found = _summary([solver(question, chosen) for _ in range(repeats)])
             rows.append({"series": series, "mesh": mesh, "time_step": step, "status": "ok", **found})
-    coarse, middle, fine = (_summary([solve(patch, level(4, step))])["height"] for step in (0.02, 0.01, 0.005))
+    coarse, middle, fine = (_summary([solve(patch, level([4, 4], step))])["height"] for step in (0.02, 0.01, 0.005))
     return {"rows": rows, "time_shift": fine + (fine - middle) / 3 - coarse}
 
 

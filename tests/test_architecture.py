@@ -21,6 +21,7 @@ ANCF_ORDER = (
     "nurbs",
     "quadrature",
     "packing",
+    "products",
     "arcs",
     "recombination",
     "cut",

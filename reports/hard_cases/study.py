@@ -29,6 +29,7 @@ CHAPTERS: tuple[str, ...] = (
     "skew",
     "frequencies",
     "motion",
+    "rubber",
     "paths",
 )
 BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"

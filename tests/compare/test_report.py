@@ -300,3 +300,12 @@ def test_each_row_says_how_far_it_is_from_its_own_limit():
     entries = [e for e in synthetic_study.entries() if e.scene.name == "cantilever_plain"]
     errors = dict(zip(((r["solver"], r["mesh"]) for r in rows(entries)), limit_errors(entries), strict=True))
     assert errors["reference", "h=0.1"] == pytest.approx(-0.8, rel=1e-6)
+
+
+def test_a_twin_that_is_run_alone_has_a_page_of_its_own(tmp_path, monkeypatch):
+    """Not the exhibit of the printed table with every row missing."""
+    monkeypatch.setattr(sections.figures, "render", lambda jobs: ([], "not drawn here"))
+    entries = [e for e in synthetic_study.entries("quick") if e.scene.name == "cantilever_plain_patch"]
+    path = cantilever.publish(entries[0].scene, entries, rows(entries), tmp_path)
+    text = path.read_text(encoding="utf-8")
+    assert "Table 5, printed and computed" not in text and entries[0].scene.title in text

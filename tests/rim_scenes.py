@@ -99,32 +99,38 @@ def a_heavy_rim_is_thrown_and_falls(solve, solver):
     np.testing.assert_allclose(total, 0.5 * 4 * MASS * 2.0**2, rtol=1e-7)
 
 
+SPIN, PUSH, RIM_MASS, UNTIL = 6.0, 400.0, 20.0, 0.5
+
+
+def spinning_ring(solver: str) -> Scene:
+    """A stiff ring of radius 1 m that is thrown along X, spins, and is pushed along Z."""
+    levels = {"ancf": {"mesh": [8, 2], "time_step": 0.01}, "reference": {"size": 0.5, "time_step": 0.01}}
+    return scene_of(
+        cylinder(1.0, 0.4),
+        material={"kind": "svk", "youngs_modulus": 2e9, "poissons_ratio": 0.3, "density": RHO},
+        rim={"edges": ["y0", "y1"], "free": ["X", "Z"], "mass": RIM_MASS, "spin": [0.0, SPIN, 0.0]},
+        initial={"velocity": [0.5, 0.0, 0.0], "angular_velocity": [0.0, SPIN, 0.0]},
+        loads=[{"kind": "axle", "force": [0.0, 0.0, PUSH]}],
+        probes=[{"name": "top", "at": [0.0, 0.5, 0.0]}],
+        analysis={"kind": "dynamic", "until": UNTIL, "every": 0.1},
+        **{"ancf": None, "reference": None, solver: {"levels": [levels[solver]]}},
+    )
+
+
 def a_spinning_ring_flies_and_keeps_its_energy(solve, solver):
     """A stiff ring whose rim spins and is pushed along X and Z: the rim's place is that of a mass, the ring stays
     round, kinetic energy is that of the spin and of the flight, and no work is lost."""
-    spin, push, rim_mass, until = 6.0, 400.0, 20.0, 0.5
-    levels = {"ancf": {"mesh": [8, 2], "time_step": 0.01}, "reference": {"size": 0.5, "time_step": 0.01}}
-    scene = scene_of(
-        cylinder(1.0, 0.4),
-        material={"kind": "svk", "youngs_modulus": 2e9, "poissons_ratio": 0.3, "density": RHO},
-        rim={"edges": ["y0", "y1"], "free": ["X", "Z"], "mass": rim_mass, "spin": [0.0, spin, 0.0]},
-        initial={"velocity": [0.5, 0.0, 0.0], "angular_velocity": [0.0, spin, 0.0]},
-        loads=[{"kind": "axle", "force": [0.0, 0.0, push]}],
-        probes=[{"name": "top", "at": [0.0, 0.5, 0.0]}],
-        analysis={"kind": "dynamic", "until": until, "every": 0.1},
-        **{"ancf": None, "reference": None, solver: {"levels": [levels[solver]]}},
-    )
-    result = solved(solve, solver, scene)
-    mass = result.facts["mass"] + rim_mass
-    expected = np.column_stack([0.5 * result.times, 0 * result.times, push / mass * result.times**2 / 2])
+    result = solved(solve, solver, spinning_ring(solver))
+    mass = result.facts["mass"] + RIM_MASS
+    expected = np.column_stack([0.5 * result.times, 0 * result.times, PUSH / mass * result.times**2 / 2])
     # 1e-4 m of 0.2 m: the solid's coarse mesh is not alike all around, so that its centre is off the axle a little
     np.testing.assert_allclose(result.rim.displacement, expected, atol=1e-4)
-    place, turn = result.position("top") - result.rim.displacement, spin * result.times
+    place, turn = result.position("top") - result.rim.displacement, SPIN * result.times
     on_circle = np.column_stack([np.sin(turn), 0 * turn, np.cos(turn)])
     np.testing.assert_allclose(place, on_circle, atol=2e-4)  # centrifugal strain: rho (spin R)^2 / E = 2e-5
     area = math.pi * ((1.05**4) - (0.95**4)) / 2 * 0.4 * RHO  # moment of inertia about the axle
-    speed = np.array([0.5, 0.0, push / mass * until])
-    kinetic = area * spin**2 / 2 + mass / 2 * speed @ speed
+    speed = np.array([0.5, 0.0, PUSH / mass * UNTIL])
+    kinetic = area * SPIN**2 / 2 + mass / 2 * speed @ speed
     assert result.energies["kinetic"][-1] == pytest.approx(kinetic, rel=5e-3)  # the solid's facets are chords
     total = result.energies["kinetic"] + result.energies["strain"] - result.energies["external"]
     np.testing.assert_allclose(total, total[0], rtol=5e-4)  # the trapezoidal rule's error of the spin

@@ -61,13 +61,20 @@ def repeated(mesh: list[int], **told: Any) -> dict[str, Any]:
     scene, level = tire({"mesh": mesh, **told})
     build(scene, level)
     own = {"with": _least(lambda: build(scene, level))}
-    shared = system.distinct
-    system.distinct = lambda mesh, *more: (np.arange(len(mesh.cells)), np.arange(len(mesh.cells)))
+    shared, system.sharing = system.sharing, _alone
     try:
         own["without"] = _least(lambda: build(scene, level))
     finally:
-        system.distinct = shared
+        system.sharing = shared
     return _told("elements that see equal grooves are integrated once", "building the quarter", own)
+
+
+def _alone(mesh, bands, free=(), own=()):
+    """A form for each element."""
+    from ancf.sharing import Sharing
+
+    every = np.arange(len(mesh.cells))
+    return Sharing(every, every, np.zeros_like(every), own)
 
 
 def searched(mesh: list[int], part: float = 0.5, **told: Any) -> dict[str, Any]:

@@ -188,8 +188,8 @@ def section(outcomes: Sequence[Outcome]) -> Section:
     words = [
         "The scene standing_tire: both beads on one rigid rim, free up and down; 3 bar follow the inner face while a "
         "tenth of 160 kN stands on the axle, then the load is raised by steps. The loaded radius is the height of the "
-        "axle above the ground, the stiffness the secant from a tenth of the load to the whole. The rim, the air and "
-        "the load are each in the scene alone: a scene without them loads and pays for none of their code."
+        "axle above the ground, the stiffness the secant from a tenth of the load to the whole. Rim, air and "
+        "load are each stated by the scene alone; one without a rim loads none of its code."
     ]
     table = [row(o) for o in outcomes]
     blocks: list[Block] = [Text(words), Table("The whole tire's numbers.", RUNS, table)]

@@ -3,7 +3,7 @@
 With x the unknowns that are not tied and y one for each group, the matrix and its factors are
 
     [ K   B ] [x]   [a]
-    [ B\'  C ] [y] = [b],    S = C - B\' K^-1 B,    S y = b - B\' K^-1 a,    K x = a - B y.
+    [ B'  C ] [y] = [b],    S = C - B' K^-1 B,    S y = b - B' K^-1 a,    K x = a - B y.
 
 K keeps the narrow band of the mesh; a group that is tied all along an edge would fill it.
 """
@@ -25,7 +25,7 @@ LEAST = 1e-12  # of the border's own stiffness: what is left of it by round-off 
 class BorderedSolver:
     """As `LinearSolver`, for a pattern of unknowns (u,) some of which are tied.
 
-    groups: unknowns of each. A right side has a group\'s sum at any of them; a solution is the same at all of them.
+    groups: unknowns of each. A right side has a group's sum at any of them; a solution is the same at all of them.
     """
 
     def __init__(self, pattern: Pattern, groups: Sequence[np.ndarray]):
@@ -82,7 +82,7 @@ class BorderedSolver:
         return is_row, self.number[inner] * len(self.groups) + self.group_of[tied]
 
     def _border(self, lower: np.ndarray, upper: np.ndarray) -> np.ndarray:
-        """B (x, groups) of the values (nnz,) of a lower triangle and of its transpose\'s."""
+        """B (x, groups) of the values (nnz,) of a lower triangle and of its transpose's."""
         is_row, place = self._places
         values = np.where(is_row, upper[self.beside], lower[self.beside])
         size = len(self.inner) * len(self.groups)

@@ -48,6 +48,7 @@ class ExportedLevel:
     element: str
     fit: None = None
     enrich: None = None
+    walls: None = None
     integrator: None = None
     time_step: None = None
     budget: str = "quick"

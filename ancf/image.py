@@ -31,11 +31,6 @@ class Image(NamedTuple):
     order: np.ndarray
     signs: np.ndarray
 
-    @property
-    def is_same(self) -> bool:
-        """Whether it leaves all as it is."""
-        return not (self.swaps or any(self.flips))
-
     def ranges(self, ranges: tuple[Interval, Interval]) -> tuple[Interval, Interval]:
         """Ranges in units of the element along both axes, in the image."""
         flipped = [(1.0 - b, 1.0 - a) if flip else (a, b) for (a, b), flip in zip(ranges, self.flips, strict=True)]

@@ -30,7 +30,7 @@ import numpy as np
 
 from ancf.free_edge import DECAY, fading, strip
 from ancf.mesh import Mesh, Special
-from ancf.shape import Plate, ShapeValues
+from ancf.shape import ShapeValues, Wider
 from ancf.subdomain import GROOVE, Band, Feature, Outlined, division, face_rule, thickness_range
 
 DIRECTOR = ("r_z", "d_e")
@@ -65,34 +65,18 @@ class LayerVector(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Layered:
+class Layered(Wider):
     """A member of the family with layer functions after its own.
 
     own: for each, the function i of the base whose N(x, y) it shares, and its T.
     """
 
-    base: Plate
     own: tuple[tuple[int, Through], ...]
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """What each nodal vector of the element is (i,)."""
         return self.base.kinds + (KIND,) * len(self.own)
-
-    @property
-    def thickness(self) -> int | None:
-        """As in the base."""
-        return self.base.thickness
-
-    @property
-    def shear(self) -> int | None:
-        """As in the base."""
-        return self.base.shear
-
-    @property
-    def layer(self) -> int | None:
-        """As in the base."""
-        return self.base.layer
 
     @property
     def levels(self) -> list[float]:

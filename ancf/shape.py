@@ -108,6 +108,28 @@ class Plate:
         return ShapeValues(S, np.stack(S_p, axis=2))
 
 
+@dataclass(frozen=True)
+class Wider:
+    """A member of the family with functions of its own after those of its base."""
+
+    base: Plate
+
+    @property
+    def thickness(self) -> int | None:
+        """As in the base."""
+        return self.base.thickness
+
+    @property
+    def shear(self) -> int | None:
+        """As in the base."""
+        return self.base.shear
+
+    @property
+    def layer(self) -> int | None:
+        """As in the base."""
+        return self.base.layer
+
+
 def _in_plane(f: np.ndarray, g: np.ndarray, m: int, n: int) -> tuple[np.ndarray, ...]:
     """Product f_m(x) g_n(y) and its derivatives by x, y, z, each (q,); f and g (2, n, q) are values and slopes."""
     (f, f_x), (g, g_y) = f, g

@@ -23,7 +23,7 @@ import numpy as np
 
 from ancf.mesh import Mesh, Special
 from ancf.nurbs import curve_derivatives
-from ancf.shape import Plate, ShapeValues
+from ancf.shape import ShapeValues, Wider
 from ancf.subdomain import Band, Feature
 
 KINDS = ("r_w", "d_w")
@@ -43,31 +43,15 @@ class Wall(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Walled:
+class Walled(Wider):
     """A member of the family with wall functions after its own: those of r_w and d_w of each wall and side."""
 
-    base: Plate
     walls: tuple[Wall, ...]
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """What each nodal vector of the element is (i,)."""
         return self.base.kinds + KINDS * len(self.walls)
-
-    @property
-    def thickness(self) -> int | None:
-        """As in the base."""
-        return self.base.thickness
-
-    @property
-    def shear(self) -> int | None:
-        """As in the base."""
-        return self.base.shear
-
-    @property
-    def layer(self) -> int | None:
-        """As in the base."""
-        return self.base.layer
 
     @property
     def levels(self) -> list[float]:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from compare.external import calculix, exudyn
 from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 from compare.table import height
 from reports.speed_profile import clocked, integrated, operations
+from reports.timing import least
 
 EXACT = [7, 7, 3]
 ENOUGH = [5, 5, 3]  # of enriched elements: the heights of the patch are within 2e-5 of those of EXACT
@@ -46,7 +46,7 @@ def ancf(
     level = AncfLevel(mesh=(mesh, mesh), element=element, points=tuple(points), time_step=time_step)
     with integrated() as forms:
         model = build(stated, level)
-    setup, results, splits = _setup(lambda: build(stated, level), repeats), [], []
+    setup, results, splits = least(lambda: build(stated, level), repeats), [], []
     for _ in range(repeats):
         with clocked() as (spent, calls):
             results.append(solve(stated, level))
@@ -61,16 +61,6 @@ def ancf(
         "calls": calls,
         "gflop": operations(model.system, calls, forms),
     }
-
-
-def _setup(build: Callable[[], Any], repeats: int) -> float:
-    """Least CPU seconds of a set-up."""
-    found = []
-    for _ in range(repeats):
-        begin = time.process_time()
-        build()
-        found.append(time.process_time() - begin)
-    return min(found)
 
 
 def _summary(results: list) -> dict[str, Any]:

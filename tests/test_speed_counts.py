@@ -3,7 +3,6 @@
 Times are compared once, as a ratio against a matrix product in the same process, with a wide margin.
 """
 
-import time
 import tracemalloc
 
 import numpy as np
@@ -20,6 +19,7 @@ from ancf.packing import PORTION
 from compare.scene import AncfLevel, ReferenceLevel, load
 from reference_fe import linear_solver
 from reports import speed_runs
+from reports.timing import least
 
 STEP = 0.01
 HALF = {"analysis.until": 0.5}
@@ -184,16 +184,6 @@ def test_the_reference_analyses_once_and_factorises_seldom(monkeypatch):
         assert kinds.count(22) <= result.facts["factorisations"] + 1
 
 
-def least(call, repeats=15):
-    """Least CPU time (s) of a call."""
-    found = []
-    for _ in range(repeats):
-        begin = time.process_time()
-        call()
-        found.append(time.process_time() - begin)
-    return min(found)
-
-
 @pytest.mark.parametrize("name", ["cantilever_plain", "cantilever"])
 def test_a_tangent_costs_a_few_matrix_products_of_its_size(plates, name):
     """Measured 1.5 to 2.5 times a BLAS product with as many operations; 10 leaves room for any machine."""
@@ -202,8 +192,8 @@ def test_a_tangent_costs_a_few_matrix_products_of_its_size(plates, name):
     side = 400
     matrix = np.random.default_rng(0).standard_normal((side, side))
     with threadpool_limits(1, user_api="blas"):  # as in a solve: on busy cores threads of one product spin
-        product = least(lambda: matrix @ matrix) / (2 * side**3)
-        tangent = least(lambda: spend(quadratic.tangent(Q))) / (flops(quadratic) * len(Q))
+        product = least(lambda: matrix @ matrix, 15) / (2 * side**3)
+        tangent = least(lambda: spend(quadratic.tangent(Q)), 15) / (flops(quadratic) * len(Q))
     assert tangent <= 10 * product
 
 

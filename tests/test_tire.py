@@ -9,7 +9,7 @@ from ancf.unpack import build
 from compare.scene import load
 from compare.scene_revolved import section_curve
 from reports.hard_cases.chapter import Asked, Outcome
-from reports.tire import limits, page, runs, study
+from reports.tire import limits, page, pressed, runs, study
 from reports.tire.scenes import SHARE, tire
 from reports.unit import Measured
 
@@ -78,7 +78,7 @@ def _unit(name: str, values: dict, **arguments) -> Outcome:
 
 def _held(load: float, **told) -> Outcome:
     values = {"load": load, "footprint": 0.3, "unknowns": 9, "iterations": 9, "ratio": 0.99, "cpu_seconds": 1.0}
-    return _unit("pressed", values, deflection=page.DEFLECTION, inflation=page.INFLATION, **told)
+    return _unit("pressed", values, deflection=pressed.DEFLECTION, inflation=pressed.INFLATION, **told)
 
 
 def _found() -> dict[str, list[Outcome]]:

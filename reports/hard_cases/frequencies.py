@@ -7,7 +7,6 @@ hinge deforms inside is what the smooth fields of a plate follow last.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 
 from compare.result import Result
@@ -15,6 +14,7 @@ from compare.scene import AncfLevel, Level, ReferenceLevel
 from reports.hard_cases import frequencies_cases
 from reports.hard_cases.chapter import Asked, Chapter, Outcome
 from reports.hard_cases.frequencies_plates import COUNT, CROSS, ELEMENTS, SOLID, scene
+from reports.timing import least
 
 TITLE = "Natural frequencies"
 UNIT = "hard_cases.frequencies."
@@ -129,21 +129,11 @@ def _effort(element: str, mesh: Sequence[int], count: int) -> dict:
     system = build(scene("Barton's cantilever", count), AncfLevel(mesh=tuple(mesh), element=element)).system
     stiffness = system.tangent(system.body.mesh.vectors.ravel())
     solver = LinearSolver(system.assembly.pattern)
-    factor = _least(lambda: solver.factorise(stiffness))
+    factor = least(lambda: solver.factorise(stiffness))
     return {
         "element": element,
-        "modes_ms": 1e3 * _least(lambda: lowest(system, count, 0.0)),
+        "modes_ms": 1e3 * least(lambda: lowest(system, count, 0.0)),
         "factor_ms": 1e3 * factor,
         "solves": lowest(system, count, 0.0).solves,
         "unknowns": system.unknowns,
     }
-
-
-def _least(work: Callable[[], object]) -> float:
-    """Least CPU time (s) of five runs."""
-    seconds = []
-    for _ in range(5):
-        begin = time.process_time()
-        work()
-        seconds.append(time.process_time() - begin)
-    return min(seconds)

@@ -11,7 +11,7 @@ from compare.plots import Series, history_plot, log_plot, map_plot
 from compare.report import Block, Bullets, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_least, at_most, stated
 from reports.hard_cases.chapter import Outcome
-from reports.tire import bounces, limits, rolling, savings, standing, treads
+from reports.tire import bounces, limits, pressed, rolling, savings, standing, treads
 from reports.tire.scenes import stated as scene_words
 
 TITLE = "Tire on the ground"
@@ -21,7 +21,6 @@ LEAD = (
 )
 MESH = [12, 5]  # of the quarter: 24 x 10 elements of the whole tire
 ON_KNOTS = [12, 6]  # 24 x 12 of the whole tire, its lines on the knots of the section: cubics hold its middle exactly
-DEFLECTION, INFLATION = 0.04, 3e5  # m and Pa of the comparison with the beads held
 LIMIT = "the reference's extrapolated ladder"
 NUMBERS = ("travel", "peak_force", "footprint")
 
@@ -44,7 +43,7 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
         *_rubber(found["rubber"][0]),
         _energy(found),
         _symmetry(found["saved"]),
-        *_stiffness(found["pressed"]),
+        *pressed.figures(found["pressed"]),
         *(bounces.figures(found["long"]) if "long" in found else ()),
         *(standing.figures(found["standing"]) if "standing" in found else ()),
         *(rolling.figures(found["rolling"]) if "rolling" in found else ()),
@@ -177,31 +176,6 @@ def _symmetry(outcomes: Sequence[Outcome]) -> Figure:
     return at_most("symmetry_percent", label, value, "%", 0.1, against=against, form=".1e")
 
 
-def _stiffness(outcomes: Sequence[Outcome]) -> list[Figure]:
-    """Axle load and footprint at one deflection against the finest solid's, as figures without a bar."""
-    both = [
-        o
-        for o in outcomes
-        if (o.asked.arguments["deflection"], o.asked.arguments["inflation"]) == (DEFLECTION, INFLATION)
-    ]
-    plates = [o for o in both if "solver" not in o.asked.arguments and o.ok]
-    solids = sorted(
-        (o for o in both if "solver" in o.asked.arguments and o.ok), key=lambda o: o.asked.arguments["size"]
-    )
-    made = []
-    for key, label in (("load", "Axle load"), ("footprint", "Footprint under it")):
-        value, note = None, ""
-        if plates and solids:
-            signed = 100 * (plates[0].get(key) / solids[0].get(key) - 1)
-            value, note = abs(signed), f"{signed:+.2f} %; solids, fine to coarse: "
-            note += ", ".join(f"{o.get(key):,.4g}" for o in solids) + "."
-        words = f"{label} at {DEFLECTION:g} m and {INFLATION / 1e5:g} bar, beads held, 24 x 10"
-        made.append(
-            stated(f"static_{key}_percent", words, value, "%", against="cross-code: the finest solid", note=note)
-        )
-    return made
-
-
 def _hard(outcomes: Sequence[Outcome]) -> Figure:
     bad = [case(o) for o in outcomes if not o.ok or not o.get("finite") or not _named(o)]
     label = "Hard cases that crash, hang, or answer wrong in silence"
@@ -296,7 +270,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
         made.append(treads.section(found["treads"]))
     left_out = [*_saved(found["saved"]), *savings.blocks(found.get("omitted", []))]
     made += [
-        Section("pressed", "Held by its rim, inflated, loaded", _pressed(found["pressed"]), "Axle load"),
+        pressed.section(found["pressed"]),
         Section("saved", "What was left out, and what that saved", left_out, "Left out"),
         Section("hard", "Hard cases", _hard_table(found["hard"]), "Hard cases"),
     ]
@@ -425,53 +399,6 @@ def _long(outcomes: Sequence[Outcome]) -> list[Block]:
     rises = max((o.get("energy_gain") for o in good), default=0.0)
     words = f"The energy without the work of gravity rises by {rises:.1e} % of that work at most."
     return [Table(words, RUNS, [row(o) for o in outcomes]), Plots(plots)]
-
-
-PRESSED = (
-    Column("solver", "solver"),
-    Column("inflation", "inflation", ",.0f", "Pa"),
-    Column("deflection", "deflection", ".3f", "m"),
-    Column("load", "axle load", ",.0f", "N"),
-    Column("footprint", "footprint", ".4f", "m²"),
-    Column("ratio", "|J| below", ".4f"),
-    Column("unknowns", "unknowns", ",d"),
-    Column("iterations", "iterations", "d"),
-    Column("cpu_seconds", "CPU", ".2f", "s"),
-    Column("status", "status"),
-)
-
-
-def _pressed(outcomes: Sequence[Outcome]) -> list[Block]:
-    words = [
-        "Opt-in, each stated by the scene alone: the beads held as on a rigid rim (clamp), inflation that follows the "
-        "inner face, statics of the weightless tire. The rim comes nearer to the ground than where the tread touches.",
-    ]
-    table = [
-        {column.key: o.get(column.key) for column in PRESSED}
-        | {key: o.asked.arguments[key] for key in ("inflation", "deflection")}
-        | {"solver": o.asked.arguments.get("solver", "ancf"), "status": o.measured.status}
-        for o in outcomes
-    ]
-    lines = []
-    for inflation, role in ((0.0, "ancf exact"), (INFLATION, "ancf")):
-        own = [
-            o
-            for o in outcomes
-            if o.ok and "solver" not in o.asked.arguments and o.asked.arguments["inflation"] == inflation
-        ]
-        x, y = [0.0, *(o.asked.arguments["deflection"] for o in own)], [0.0, *(o.get("load") / 1e3 for o in own)]
-        lines.append(Series(f"plate, {inflation / 1e5:g} bar", role, x, y))
-    solids = [o for o in outcomes if o.ok and "solver" in o.asked.arguments]
-    if solids:
-        x, y = [o.asked.arguments["deflection"] for o in solids], [o.get("load") / 1e3 for o in solids]
-        lines.append(Series("solids", "reference", x, y))
-    labels = ("deflection (m)", "axle load (kN)")
-    plot = history_plot("pressed", "Load and deflection", "Axle load over the rim's way.", labels, lines, None)
-    return [
-        Text(words),
-        Table("Axle load and footprint.", PRESSED, table),
-        Plots([(plot, "Axle load over deflection.")]),
-    ]
 
 
 SAVED = (

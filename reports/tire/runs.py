@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import importlib
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from compare.result import Result
+from reports.timing import least
 from reports.tire.scenes import FALL, PER_POINT, SHARE, WEIGHT, stated, tire
 
 OF_SCENE = ("until", "stiffness", "bulk", "depth", "ground")
-REPEATS = 5
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 WALLS = 0.03  # m: deeper than this is a groove's floor, or near it
 
@@ -133,7 +132,7 @@ def part(solver: str = "ancf", part: str = "quarter", steps: int = 20, **told: A
 
 
 def rubber(mesh: tuple[int, int] = (12, 5), **told: Any) -> dict[str, Any]:
-    """Microseconds per element of force and tangent with the tread's grooves, one thread, the least of REPEATS."""
+    """Microseconds per element of force and tangent with the tread's grooves, one thread, the least of five."""
     from ancf.run import BLAS
     from ancf.unpack import build
 
@@ -169,8 +168,8 @@ def _plain(mesh, told) -> tuple[float, float]:
 def _seconds(elements, Q) -> tuple[float, float]:
     """CPU seconds of a force and of a tangent of all elements."""
     pairs = list(zip(_groups(elements), Q if hasattr(elements, "groups") else [Q], strict=True))
-    force = _least(lambda: [group.force(own) for group, own in pairs])
-    return force, _least(lambda: [list(group.tangent(own)) for group, own in pairs])
+    force = least(lambda: [group.force(own) for group, own in pairs])
+    return force, least(lambda: [list(group.tangent(own)) for group, own in pairs])
 
 
 def _groups(elements) -> tuple:
@@ -181,17 +180,6 @@ def _groups(elements) -> tuple:
 def _forms(elements) -> list:
     elements = getattr(elements, "isochoric", elements)
     return [elements.forms[form] for form in elements.form_of]
-
-
-def _least(call: Callable[[], Any]) -> float:
-    """CPU seconds, the least of REPEATS, after one call that fills caches."""
-    call()
-    found = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        call()
-        found.append(time.process_time() - begin)
-    return min(found)
 
 
 def pressed(deflection: float, inflation: float = 0.0, solver: str = "ancf", **level: Any) -> dict[str, Any]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -11,10 +10,10 @@ import numpy as np
 
 from compare.report import Block, Column, Table
 from reports.hard_cases.chapter import Asked, Outcome
+from reports.timing import least
 from reports.tire.scenes import stated, tire
 
 RUN = "tire.savings"
-REPEATS = 5
 SEAM = 1e-7  # m: depth of grooves that take nothing, and divide elements like those that do
 
 
@@ -34,7 +33,7 @@ def divided(mesh: list[int], **told: Any) -> dict[str, Any]:
         more = {} if grooves is None else {"grooves": [*stated()["grooves"], *grooves]}
         model = build(*tire({"mesh": mesh, **told}, **more))
         Q, elements = model.system.assembly.gather(model.mesh.vectors.ravel()), model.body.elements
-        own[name] = _least(lambda e=elements, q=Q: [None for _ in e.tangent(q)])
+        own[name] = least(lambda e=elements, q=Q: [None for _ in e.tangent(q)])
     return _told("elements without a groove have no subdomains", "tangent of the quarter", own)
 
 
@@ -60,10 +59,10 @@ def repeated(mesh: list[int], **told: Any) -> dict[str, Any]:
 
     scene, level = tire({"mesh": mesh, **told})
     build(scene, level)
-    own = {"with": _least(lambda: build(scene, level))}
+    own = {"with": least(lambda: build(scene, level))}
     shared, system.sharing = system.sharing, _alone
     try:
-        own["without"] = _least(lambda: build(scene, level))
+        own["without"] = least(lambda: build(scene, level))
     finally:
         system.sharing = shared
     return _told("elements that see equal grooves are integrated once", "building the quarter", own)
@@ -88,11 +87,11 @@ def searched(mesh: list[int], part: float = 0.5, **told: Any) -> dict[str, Any]:
     pair, q = model.system.contact.pairs[0], model.mesh.vectors.ravel()
     low = np.flatnonzero(pair.face.points[:, 0] > np.pi * part)
     rows = pair.face.rows[low]
-    whole = _least(lambda: pair.obstacle.gap(pair.face.positions(q)))
-    lower = _least(lambda: pair.obstacle.gap(rows @ q.reshape(-1, 3)))
+    whole = least(lambda: pair.obstacle.gap(pair.face.positions(q)))
+    lower = least(lambda: pair.obstacle.gap(rows @ q.reshape(-1, 3)))
     acting = model.system
     solver, matrix = LinearSolver(acting.assembly.pattern), acting.tangent(q) + 1e6 * acting.mass_values
-    rest = _least(lambda: (acting.force_internal(q), acting.tangent(q), solver.factorise(matrix)))
+    rest = least(lambda: (acting.force_internal(q), acting.tangent(q), solver.factorise(matrix)))
     own = {"with": rest + lower, "without": rest + whole}
     return _told("not made: points of the upper half of the tire are looked at too", "an iteration", own)
 
@@ -100,17 +99,6 @@ def searched(mesh: list[int], part: float = 0.5, **told: Any) -> dict[str, Any]:
 def _told(what: str, where: str, own: dict[str, float]) -> dict[str, Any]:
     with_it, without = own["with"], own["without"]
     return {"what": what, "where": where, "with": with_it, "without": without, "saved": 100 * (1 - with_it / without)}
-
-
-def _least(call: Callable[[], Any]) -> float:
-    """CPU seconds, the least of REPEATS, after one call that fills caches."""
-    call()
-    found = []
-    for _ in range(REPEATS):
-        begin = time.process_time()
-        call()
-        found.append(time.process_time() - begin)
-    return min(found)
 
 
 COLUMNS = (

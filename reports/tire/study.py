@@ -14,7 +14,7 @@ from typing import Any
 
 from reports import frame
 from reports.hard_cases.chapter import Asked
-from reports.tire import page, rolling, savings, standing, treads
+from reports.tire import page, pressed, rolling, savings, standing, treads
 
 RUNS = "tire.runs"
 UNTIL = 0.32  # s: the first bounce
@@ -43,7 +43,7 @@ def units(budget: str) -> list[tuple[str, Asked]]:
         found.append(("print", Asked(f"{RUNS}.footprint", {"solver": "reference", "size": SIZES[budget][-2]})))
     found.append(("print", Asked(f"{RUNS}.footprint", {"mesh": page.MESH, "points": [8, 5, 3]})))
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
-    found += [("pressed", asked) for asked in _pressed(budget)]
+    found += [("pressed", asked) for asked in pressed.units(SIZES[budget][:3])]
     found += [("rolling", asked) for asked in rolling.units(budget)]
     found += [("omitted", asked) for asked in savings.units()]
     found += [("treads", asked) for asked in treads.units(budget)]
@@ -55,17 +55,6 @@ def units(budget: str) -> list[tuple[str, Asked]]:
 
 def _drop(**arguments: Any) -> Asked:
     return Asked(f"{RUNS}.drop", {**arguments, "until": UNTIL})
-
-
-def _pressed(budget: str) -> Iterator[Asked]:
-    """Load-deflection curves with and without inflation, and one point of them by the solid."""
-    for inflation in (0.0, page.INFLATION):
-        for deflection in (0.01, 0.02, page.DEFLECTION, 0.06):
-            told = {"deflection": deflection, "inflation": inflation, "mesh": page.MESH}
-            yield Asked(f"{RUNS}.pressed", told)
-    for size in SIZES[budget][:3]:
-        told = {"deflection": page.DEFLECTION, "inflation": page.INFLATION, "solver": "reference", "size": size}
-        yield Asked(f"{RUNS}.pressed", told)
 
 
 def _hard(budget: str) -> Iterator[Asked]:

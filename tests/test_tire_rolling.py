@@ -79,3 +79,8 @@ def test_a_saving_is_measured_both_ways(unit):
     outcome = _outcome("tire.savings", found)
     (table,) = savings.blocks([outcome])
     assert table.rows[0]["saved"] == pytest.approx(100 * (1 - found["with"] / found["without"]))
+
+
+def test_the_tangent_of_a_saving_is_computed():
+    """The elements' products take milliseconds; iterators that nobody follows took 4 us."""
+    assert min(savings.divided([4, 3])[way] for way in ("with", "without")) > 2e-4

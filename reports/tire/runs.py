@@ -141,7 +141,7 @@ def rubber(mesh: tuple[int, int] = (12, 5), **told: Any) -> dict[str, Any]:
         model = build(scene, level)
         system = model.system
         q = model.mesh.vectors.ravel() * (1 + 1e-3 * np.sin(np.arange(model.mesh.vectors.size)))
-        count, force, tangent = len(model.mesh.connectivity), *_seconds(model.body.elements, system.assembly.gather(q))
+        count, force, tangent = len(model.mesh.connectivity), *seconds(model.body.elements, system.assembly.gather(q))
         plain = _plain(mesh, told)
     points = sum(len(form.volume) for group in _groups(model.body.elements) for form in _forms(group))
     return {
@@ -160,13 +160,13 @@ def _plain(mesh, told) -> tuple[float, float]:
 
     scene, level = tire({"mesh": list(mesh), **told}, grooves=[])
     model = build(scene, level)
-    spent = _seconds(model.body.elements, model.system.assembly.gather(model.mesh.vectors.ravel()))
+    spent = seconds(model.body.elements, model.system.assembly.gather(model.mesh.vectors.ravel()))
     count = len(model.mesh.connectivity)
     return spent[0] / count, spent[1] / count
 
 
-def _seconds(elements, Q) -> tuple[float, float]:
-    """CPU seconds of a force and of a tangent of all elements."""
+def seconds(elements, Q) -> tuple[float, float]:
+    """CPU seconds of a force and of a tangent of all elements, whose groups give theirs span by span."""
     pairs = list(zip(_groups(elements), Q if hasattr(elements, "groups") else [Q], strict=True))
     force = least(lambda: [group.force(own) for group, own in pairs])
     return force, least(lambda: [list(group.tangent(own)) for group, own in pairs])

@@ -28,10 +28,11 @@ from ancf.contact_law import (
     pressure_in_mean,
     pressure_in_mean_x,
 )
-from ancf.face import Face
+from ancf.face import Face, Some
 from ancf.obstacle import Obstacle
 
 EPSILON = np.finfo(float).eps
+AHEAD = 2.0  # times the longest way of a step so far: points that far away are taken along
 TOUCHING = 1e-12  # m per m of size: a point as near as this is pressed for the tangent, so that a plate may lie down
 
 
@@ -73,59 +74,90 @@ class Pair:
         return float(self.share.sum()) * (normal + sticks * along)
 
 
+class Reach(NamedTuple):
+    """The points of a face that may touch while no point moves beyond `far` (m); their positions x0 and velocities
+    `base` (m, 3) as those of `Meeting`."""
+
+    far: float
+    some: Some
+    x0: np.ndarray
+    base: np.ndarray
+
+
 class Answer(NamedTuple):
-    """What the points near (m,) of a pair feel, and what they did: forces (m, 3) in N and their parts."""
+    """What the points near (m,) of a pair feel, and what they did: forces (m, 3) in N and their parts.
+
+    force_all (3 v,): on the plate.
+    """
 
     near: np.ndarray
+    force_all: np.ndarray
     motion: Motion
     force: np.ndarray
     normal: Normal
     friction: Friction | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class Meeting:
-    """One pair in one step: positions x0 (n, 3) and state it begins with, velocities base + rate x1.
+    """One pair in one step: components q0 (3 v,) and state it begins with, velocities base + rate q1 (3 v,).
 
-    dt: None in statics. mean: whether the forces are means over the step.
+    dt: None in statics. mean: whether the forces are means over the step. Points that are farther from the body than
+    anything has moved are not looked at.
     """
 
     pair: Pair
     touch: Touch
-    x0: np.ndarray
+    q0: np.ndarray
     base: np.ndarray
     rate: float
     dt: float | None
     mean: bool
+    _reach: Reach | None = None
 
     @cached_property
     def d0(self) -> np.ndarray:
         """Penetrations (n,) at the start of the step."""
-        return -self.pair.obstacle.gap(self.x0)
+        return -self.pair.obstacle.gap(self.pair.face.positions(self.q0))
+
+    def reach(self, q: np.ndarray) -> Reach:
+        """The points that may touch on the way from q0 to q (3 v,), and those of ways AHEAD times as long."""
+        face = self.pair.face
+        far = face.farthest(q - self.q0) + TOUCHING * float(np.abs(q).max())
+        if self._reach is None or not far <= self._reach.far:
+            far *= AHEAD
+            some = face.some(np.flatnonzero(~(self.d0 < -far)))
+            self._reach = Reach(far, some, some.positions(self.q0), some.positions(self.base))
+        return self._reach
 
     def answer(self, q: np.ndarray) -> Answer | None:
         """Forces at the components q (3 v,); None where no point is near the body, which one look at the gaps tells."""
-        pair = self.pair
-        x1 = pair.face.positions(q)
+        pair, (_, some, x0, base) = self.pair, self.reach(q)
+        if not some.points.size:
+            return None
+        x1, d0 = some.positions(q), self.d0[some.points]
         d1 = -pair.obstacle.gap(x1)
         touches = d1 >= -TOUCHING * np.abs(x1).max()
         if self.mean:
-            touches |= self.d0 > 0
-        near = np.flatnonzero(touches)
-        if not near.size:
+            touches |= d0 > 0
+        here = np.flatnonzero(touches)
+        if not here.size:
             return None
-        x0, x1, base = self.x0[near], x1[near], self.base[near]
-        motion = Motion(x0, x1, self.d0[near], d1[near], base + self.rate * x1, self.rate)
+        near, velocity = some.points[here], base[here] + self.rate * x1[here]
+        motion = Motion(x0[here], x1[here], d0[here], d1[here], velocity, self.rate)
         normal = (pressure_in_mean if self.mean else pressure_at_end)(pair.law, pair.obstacle, motion)
         force, rubbing = normal.p[:, None] * normal.n, None
         if pair.law.friction:
             rubbing = friction(pair.law, pair.obstacle, motion, normal.p, self.touch.slip[near])
             force += rubbing.t
-        return Answer(near, motion, pair.share[near][:, None] * force, normal, rubbing)
+        force *= pair.share[near][:, None]
+        every = np.zeros_like(x1)
+        every[here] = force
+        return Answer(near, some.spread(every), motion, force, normal, rubbing)
 
     def force_x(self, answer: Answer) -> np.ndarray:
         """Derivative (m, 3, 3) of the answer's forces by the points."""
-        pair, (near, motion, _, normal, _) = self.pair, answer
+        pair, (near, _, motion, _, normal, _) = self.pair, answer
         p_x, n_x = (pressure_in_mean_x if self.mean else pressure_at_end_x)(pair.law, pair.obstacle, motion)
         force_x = outer(normal.n, p_x) + normal.p[:, None, None] * n_x
         if pair.law.friction:
@@ -137,7 +169,7 @@ class Meeting:
         after, before, lost = self.pair.untouched(), self.touch, 0.0
         stored = power = 0.0
         if answer is not None:
-            near, motion, force, normal, rubbing = answer
+            near, _, motion, force, normal, rubbing = answer
             w, inside = self.pair.share[near], np.maximum(motion.d1, 0.0)
             after.pressure[near] = normal.p
             if rubbing is not None:
@@ -151,16 +183,17 @@ class Meeting:
             after = after._replace(force=force.sum(axis=0), power=power)
         if self.dt is not None and not self.mean:
             lost = self.dt / 2 * (before.power + power)
-        rubbed, held = self._rubbed(self.pair.face.positions(q), after) if self.pair.law.friction else (0.0, 0.0)
+        rubbed, held = self._rubbed(q, after) if self.pair.law.friction else (0.0, 0.0)
         stored, dissipated = stored + held, before.dissipated + lost + rubbed
         return after._replace(stored=stored, dissipated=dissipated, most=max(before.most, stored + dissipated))
 
-    def _rubbed(self, x1: np.ndarray, after: Touch) -> tuple[float, float]:
-        """Energy (J) that the friction took in a step, and that its springs hold behind it."""
-        w, k, before = self.pair.share, self.pair.law.stick_stiffness, self.touch
+    def _rubbed(self, q: np.ndarray, after: Touch) -> tuple[float, float]:
+        """Energy (J) that the friction took in a step to q, and that its springs hold behind it."""
+        w, k, before, (_, some, x0, _) = self.pair.share, self.pair.law.stick_stiffness, self.touch, self.reach(q)
         acted = after.friction if self.mean else (before.friction + after.friction) / 2
         held0, held1 = (k / 2 * float(w @ np.einsum("nc,nc->n", s, s)) for s in (before.slip, after.slip))
-        work = float(w @ np.einsum("nc,nc->n", acted, x1 - self.x0))
+        moved = some.positions(q) - x0  # what rubs is pressed at one end, and so within reach
+        work = float(w[some.points] @ np.einsum("nc,nc->n", acted[some.points], moved))
         return -work - (held1 - held0), held1
 
 
@@ -181,9 +214,9 @@ class Step:
     def force_contact(self, q: np.ndarray) -> np.ndarray:
         """Forces on the plate (3 v,) at the components q (3 v,)."""
         total = np.zeros_like(q)
-        for meeting, answer in zip(self.meetings, self.answers(q), strict=True):
+        for answer in self.answers(q):
             if answer is not None:
-                total += meeting.pair.face.spread(answer.near, answer.force)
+                total += answer.force_all
         return total
 
     def tangent_contact(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -230,7 +263,6 @@ class Contact:
     def _step(self, q, touches, base: np.ndarray, rate: float, dt: float | None, mean: bool) -> Step:
         return Step(
             tuple(
-                Meeting(pair, touch, pair.face.positions(q), pair.face.positions(base), rate, dt, mean)
-                for pair, touch in zip(self.pairs, touches, strict=True)
+                Meeting(pair, touch, q, base, rate, dt, mean) for pair, touch in zip(self.pairs, touches, strict=True)
             )
         )

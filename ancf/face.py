@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +23,22 @@ from ancf.subdomain import BOTTOM, Feature, face_rule, thickness_range
 SHIFT = 1e-6  # of the thickness: difference that the slope of a face is taken from
 
 
+class Some(NamedTuple):
+    """Some points (m,) of a face, and the rows (m, v) that place them."""
+
+    points: np.ndarray
+    rows: sp.csr_matrix
+    rows_t: sp.csr_matrix
+
+    def positions(self, q: np.ndarray) -> np.ndarray:
+        """As those of `Face` (m, 3)."""
+        return self.rows @ q.reshape(-1, 3)
+
+    def spread(self, force: np.ndarray) -> np.ndarray:
+        """Generalised forces (3 v,) of forces (m, 3)."""
+        return (self.rows_t @ force).ravel()
+
+
 @dataclass(frozen=True, eq=False)
 class Face:
     """n points on one face of the plate.
@@ -29,16 +47,16 @@ class Face:
     rows (n, v): their positions are rows @ vectors. Elements have unequally many points q and functions i; the
     arrays number (e, q) and S (e, q, i) are filled up with the point n and zeros. places (e, i, i, 3, 3): where the
     entry of functions i, k and components a, b goes in the values (nnz,) of a lower triangle, nnz where nowhere.
-    element (n,): of each point.
+    element (n,): of each point. vectors (e, i): of each function, 0 where it is filled up.
     """
 
     points: np.ndarray
     share: np.ndarray
     rows: sp.csr_matrix
-    rows_t: sp.csr_matrix
     element: np.ndarray
     number: np.ndarray
     S: np.ndarray
+    vectors: np.ndarray
     places: np.ndarray
     nnz: int
 
@@ -46,11 +64,20 @@ class Face:
         """Positions (n, 3) in m of components (3 v,), or velocities of velocities."""
         return self.rows @ q.reshape(-1, 3)
 
-    def spread(self, near: np.ndarray, force: np.ndarray) -> np.ndarray:
-        """Generalised forces (3 v,) of forces (m, 3) at the points near (m,)."""
-        every = np.zeros_like(self.points)
-        every[near] = force
-        return (self.rows_t @ every).ravel()
+    @cached_property
+    def _most(self) -> np.ndarray:
+        """Greatest |S| (e, i) among the points of each element."""
+        return np.abs(self.S).max(axis=1, initial=0.0)
+
+    def farthest(self, change: np.ndarray) -> float:
+        """A distance that no point moves beyond while the components change by `change` (3 v,)."""
+        lengths = np.linalg.norm(change.reshape(-1, 3), axis=1)
+        return float(np.einsum("ei,ei->e", self._most, lengths[self.vectors]).max(initial=0.0))
+
+    def some(self, points: np.ndarray) -> Some:
+        """The points of these numbers alone."""
+        rows = self.rows[points]
+        return Some(points, rows, rows.T.tocsr())
 
     def matrix(self, near: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Values (nnz,) of sum_q S_i S_k B_ab of blocks B (m, 3, 3) at the points near (m,), and of its transpose."""
@@ -82,10 +109,10 @@ def face(
     element = np.repeat(np.arange(len(found)), [len(own) for own, _ in found])
     rows = interpolation(mesh, element, points)
     vectors = [mesh.element(e).vectors for e in range(len(found))]
-    number, S = _padded(rows, element, vectors)
+    number, S, numbers = _padded(rows, element, vectors)
     places = np.stack([_places(own, S.shape[2], sums) for own in vectors])
     nnz = len(sums.pattern.indices)
-    return Face(points, share, rows, rows.T.tocsr(), element, number, S, places, nnz)
+    return Face(points, share, rows, element, number, S, numbers, places, nnz)
 
 
 def _of_element(mesh: Mesh, e: int, bands, thickness: float, counts, side: int, integration: str):
@@ -103,7 +130,7 @@ def _of_element(mesh: Mesh, e: int, bands, thickness: float, counts, side: int, 
 
 def _rule(cell: Cell, bands: Sequence[Feature], thickness: float, counts, side: int, integration: str):
     """Rule in (x, y) over a cell, by subdomain or on one grid, and the z (q,) of the face there."""
-    if integration == "subdomain":
+    if integration != "global":
         return face_rule(cell, bands, thickness, counts, side)
     plane = onto_cell(tensor(*map(gauss, counts)), cell)
     return plane, thickness_range(bands, thickness, *plane.points.T)[side != BOTTOM]
@@ -119,17 +146,18 @@ def _slopes(bands: Sequence[Feature], thickness: float, x: np.ndarray, y: np.nda
     return [(ahead - behind) / (2 * h) for ahead, behind in height]
 
 
-def _padded(rows: sp.csr_matrix, element: np.ndarray, vectors: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """number (e, q) and S (e, q, i) of `Face`."""
+def _padded(rows: sp.csr_matrix, element: np.ndarray, vectors: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:
+    """number (e, q), S (e, q, i) and vectors (e, i) of `Face`."""
     counts = np.bincount(element, minlength=len(vectors))
     most = max(len(own) for own in vectors)
     number = np.full((len(vectors), counts.max()), len(element))
-    S = np.zeros((*number.shape, most))
+    S, numbers = np.zeros((*number.shape, most)), np.zeros((len(vectors), most), dtype=np.intp)
     for e, (own, stop) in enumerate(zip(vectors, counts.cumsum(), strict=True)):
         first = stop - counts[e]
         number[e, : counts[e]] = np.arange(first, stop)
         S[e, : counts[e], : len(own)] = rows[first:stop].toarray()[:, own]
-    return number, S
+        numbers[e, : len(own)] = own
+    return number, S, numbers
 
 
 def _places(vectors: np.ndarray, most: int, sums: Assembly | MixedAssembly) -> np.ndarray:

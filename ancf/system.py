@@ -242,7 +242,7 @@ def body(
     the points are too few for the element.
     """
     linear = isinstance(material, SaintVenantKirchhoff)
-    free = free if linear and mesh.shape.layer is not None and integration == "subdomain" else ()
+    free = free if linear and mesh.shape.layer is not None and integration != "global" else ()
     _require_points(mesh, points, free)
     divided = dividing(mesh, bands, thickness, free)
     shared = sharing(mesh, divided, free, possible(mesh, points) if linear else ())

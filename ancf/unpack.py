@@ -230,8 +230,9 @@ def _obstacles(scene: Scene, level: AncfLevel, mesh: Mesh, bands, acting: System
             return rigid.sphere(shape.centre, shape.radius)
         return rigid.drum(shape.point, shape.axis, shape.radius)
 
+    counts = level.contact_points or level.points[:2]
     faces = {
-        side: face(mesh, bands, scene.thickness, level.points[:2], _side(side), acting.assembly, level.integration)
+        side: face(mesh, bands, scene.thickness, counts, _side(side), acting.assembly, level.integration)
         for side in {stated.face for stated in scene.obstacles}
     }
     pairs = []

@@ -11,11 +11,12 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     kind = scene.analysis.kind
     points = "x".join(str(count) for count in level.points)
     coordinates = 3 * len(FAMILY[level.element].kinds)
-    per = "subdomain" if level.integration == "subdomain" else "element"
+    per = {"subdomain": "subdomain", "global": "element", "sparing": "element, fewer in narrow subdomains"}
+    rule = f"{points} Gauss points per {per[level.integration]}"
     strain = "small vibrations about the undeformed plate" if kind == "modes" else "large rotation and strain"
     modelled = [
         f"fully parameterized {level.element} plate elements ({coordinates} coordinates), {strain}",
-        f"{_material_words(scene, level)}, general continuum approach, {points} Gauss points per {per}",
+        f"{_material_words(scene, level)}, general continuum approach, {rule}",
         _marching_words(scene, level),
     ]
     modelled += [f"groove {band.name}: {_band_words(band)}" for band in scene.grooves]

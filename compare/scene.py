@@ -224,7 +224,9 @@ class AncfLevel(Part):
     """One resolution of the ANCF solver.
 
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
-    whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 7, 8).
+    whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 8, 7), or "sparing", which
+    takes the fewest points in a narrow subdomain that err no more there than `points` in a whole element.
+    contact_points: points along x and y in each subdomain of a face that may touch; as `points` where not stated.
     element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
     fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in
     thicknesses) beside them; of the lines that `mesh` asks for those that stay away from them.
@@ -244,7 +246,8 @@ class AncfLevel(Part):
 
     mesh: Annotated[tuple[Count, Count], Pair]
     points: Annotated[tuple[Count, Count, Count], Triple] = (7, 7, 3)
-    integration: Literal["subdomain", "global"] = "subdomain"
+    integration: Literal["subdomain", "sparing", "global"] = "subdomain"
+    contact_points: Annotated[tuple[Count, Count], Pair] | None = None
     element: Literal["conforming", "acm", "enriched"] = "enriched"
     fit: tuple[Positive, ...] | None = None
     enrich: Annotated[Positive, Field(lt=1)] | None = None

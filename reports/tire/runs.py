@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from compare.result import Result
-from reports.timing import least
-from reports.tire.scenes import FALL, PER_POINT, SHARE, WEIGHT, stated, tire
+from reports.tire.scenes import FALL, PER_POINT, SHARE, WEIGHT, tire
 
 OF_SCENE = ("until", "stiffness", "bulk", "depth", "ground")
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
+SAMPLES = 2001  # places of the section that are looked at
 WALLS = 0.03  # m: deeper than this is a groove's floor, or near it
 
 
@@ -131,81 +131,30 @@ def part(solver: str = "ancf", part: str = "quarter", steps: int = 20, **told: A
     }
 
 
-def rubber(mesh: tuple[int, int] = (12, 5), **told: Any) -> dict[str, Any]:
-    """Microseconds per element of force and tangent with the tread's grooves, one thread, the least of five."""
-    from ancf.run import BLAS
+def misfit(mesh: list[int]) -> dict[str, Any]:
+    """How far (m) the mesh's middle is from the section, and its director's half from half the thickness, at most."""
     from ancf.unpack import build
+    from compare.scene_revolved import section_curve
 
-    scene, level = tire({"mesh": list(mesh), **told})
-    with BLAS.limit(limits=1, user_api="blas"):
-        model = build(scene, level)
-        system = model.system
-        q = model.mesh.vectors.ravel() * (1 + 1e-3 * np.sin(np.arange(model.mesh.vectors.size)))
-        count, force, tangent = len(model.mesh.connectivity), *seconds(model.body.elements, system.assembly.gather(q))
-        plain = _plain(mesh, told)
-    points = sum(len(form.volume) for group in _groups(model.body.elements) for form in _forms(group))
+    scene, level = tire({"mesh": mesh})
+    plate, y = build(scene, level).mesh, np.linspace(*scene.surface.span[1], SAMPLES)
+    (along, radius), (along_u, radius_u) = section_curve(scene.surface, y)
+    outward = np.array([-radius_u, along_u]) / np.hypot(along_u, radius_u)
+    half = scene.thickness / 2
+    middle, face = (_crown(plate, y, z) for z in (0.0, half))
+    wanted = np.array([along, radius])
     return {
-        "elements": count,
-        "points_per_element": points / count,
-        "force_us": 1e6 * force / count,
-        "tangent_us": 1e6 * tangent / count,
-        "force_us_plain": 1e6 * plain[0],
-        "tangent_us_plain": 1e6 * plain[1],
+        "elements": len(plate.connectivity),
+        "middle": float(np.linalg.norm(middle - wanted, axis=0).max()),
+        "half": float(np.abs(np.einsum("cq,cq->q", face - middle, outward) - half).max()),
     }
 
 
-def _plain(mesh, told) -> tuple[float, float]:
-    """Seconds per element of force and tangent without any groove."""
-    from ancf.unpack import build
+def _crown(mesh, y: np.ndarray, z: float) -> np.ndarray:
+    """Place along and from the axle (2, q) of the mesh's section at the top of the tire, at the height z."""
+    from ancf.functional import interpolation
 
-    scene, level = tire({"mesh": list(mesh), **told}, grooves=[])
-    model = build(scene, level)
-    spent = seconds(model.body.elements, model.system.assembly.gather(model.mesh.vectors.ravel()))
-    count = len(model.mesh.connectivity)
-    return spent[0] / count, spent[1] / count
-
-
-def seconds(elements, Q) -> tuple[float, float]:
-    """CPU seconds of a force and of a tangent of all elements, whose groups give theirs span by span."""
-    pairs = list(zip(_groups(elements), Q if hasattr(elements, "groups") else [Q], strict=True))
-    force = least(lambda: [group.force(own) for group, own in pairs])
-    return force, least(lambda: [list(group.tangent(own)) for group, own in pairs])
-
-
-def _groups(elements) -> tuple:
-    """Groups of elements with equally many functions."""
-    return getattr(elements, "groups", (elements,))
-
-
-def _forms(elements) -> list:
-    elements = getattr(elements, "isochoric", elements)
-    return [elements.forms[form] for form in elements.form_of]
-
-
-def pressed(deflection: float, inflation: float = 0.0, solver: str = "ancf", **level: Any) -> dict[str, Any]:
-    """The weightless tire with its beads held on a rigid rim, pressed on the ground by the rim: load, footprint.
-
-    deflection (m): how far the rim is nearer to the ground than where the undeformed tread touches it. inflation (Pa):
-    follows the inner face.
-    """
-    inner = {"kind": "pressure", "face": "bottom", "pressure": inflation, "follower": True}
-    more = {
-        "loads": [inner | {"history": [[0.0, 0.0], [1.0, 1.0]]}] if inflation else [],
-        "supports": [*stated()["supports"], {"kind": "clamp", "edge": "y1"}],
-        "analysis": {"kind": "static", "until": 1.0, "every": 1.0},
-    }
-    ground = {"damping": 0.0}
-    scene, own = tire({"time_step": 0.25} | level, solver, "quarter", -deflection, ground=ground, **more)
-    result = _solved(scene, own, solver)
-    if result.status != "ok":
-        return {"status": result.status, "message": result.message}
-    return {
-        "status": result.status,
-        "unknowns": result.unknowns,
-        "load": float(4 * result.contact.force[-1, 0, 2]),
-        "footprint": float(4 * result.contact.area[-1, 0]),
-        "lower": float(result.displacement[-1, 1, 2]),
-        "ratio": float(result.volume_ratio[-1, 0]),
-        "cpu_seconds": result.cpu_seconds,
-        "iterations": result.newton_iterations,
-    }
+    x = np.full_like(y, mesh.x_lines[0])
+    element = np.array([mesh.locate(*at) for at in zip(x, y, strict=True)])
+    X = interpolation(mesh, element, np.column_stack([x, y, np.full_like(y, z)])) @ mesh.vectors
+    return X[:, 1:].T

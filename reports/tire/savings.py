@@ -11,10 +11,11 @@ import numpy as np
 from compare.report import Block, Column, Table
 from reports.hard_cases.chapter import Asked, Outcome
 from reports.timing import least
-from reports.tire.runs import seconds
+from reports.tire.kernels import grouped, seconds
 from reports.tire.scenes import stated, tire
 
 RUN = "tire.savings"
+RATE = 1000.0  # 1/s: velocities are this times the way of a step
 SEAM = 1e-7  # m: depth of grooves that take nothing, and divide elements like those that do
 
 
@@ -34,7 +35,7 @@ def divided(mesh: list[int], **told: Any) -> dict[str, Any]:
         more = {} if grooves is None else {"grooves": [*stated()["grooves"], *grooves]}
         model = build(*tire({"mesh": mesh, **told}, **more))
         Q, elements = model.system.assembly.gather(model.mesh.vectors.ravel()), model.body.elements
-        own[name] = seconds(elements, Q)[1]
+        own[name] = seconds(*grouped(elements, Q))[1]
     return _told("elements without a groove have no subdomains", "tangent of the quarter", own)
 
 
@@ -77,24 +78,31 @@ def _alone(mesh, bands, free=(), own=()):
     return Sharing(every, every, np.zeros_like(every), own)
 
 
-def searched(mesh: list[int], part: float = 0.5, **told: Any) -> dict[str, Any]:
-    """Points far from the ground: gaps of the whole tread against those of its lower part alone, in an iteration of
-    Newton's method, which needs force, tangent and factors anyway. Every point is looked at: nothing is left out here,
-    and what that would save is told."""
-    from ancf.linear_solver import LinearSolver
+def searched(mesh: list[int], **told: Any) -> dict[str, Any]:
+    """Points that nothing brings to the ground in a step: an iteration's balance of forces, pressed a millimetre."""
+    import ancf.contact
     from ancf.unpack import build
 
-    model = build(*tire({"mesh": mesh, **told}))
-    pair, q = model.system.contact.pairs[0], model.mesh.vectors.ravel()
-    low = np.flatnonzero(pair.face.points[:, 0] > np.pi * part)
-    rows = pair.face.rows[low]
-    whole = least(lambda: pair.obstacle.gap(pair.face.positions(q)))
-    lower = least(lambda: pair.obstacle.gap(rows @ q.reshape(-1, 3)))
-    acting = model.system
-    solver, matrix = LinearSolver(acting.assembly.pattern), acting.tangent(q) + 1e6 * acting.mass_values
-    rest = least(lambda: (acting.force_internal(q), acting.tangent(q), solver.factorise(matrix)))
-    own = {"with": rest + lower, "without": rest + whole}
-    return _told("not made: points of the upper half of the tire are looked at too", "an iteration", own)
+    acting = build(*tire({"mesh": mesh, **told}, height=0.0)).system
+    down = np.where((acting.body.mesh.kinds == "r")[:, None], [0.0, 0.0, -0.001], 0.0).ravel()
+    begin = acting.body.mesh.vectors.ravel()
+    own = {}
+    for name, ahead in (("with", ancf.contact.AHEAD), ("without", np.inf)):
+        (meeting,) = acting.contact.at_end(begin, acting.contact.untouched(), -RATE * begin, RATE, 1 / RATE).meetings
+        _reaching(meeting, begin + down, ahead)
+        own[name] = least(lambda own=meeting: (acting.force_internal(begin + down), own.answer(begin + down)))
+    return _told("points that cannot reach the ground in a step are not searched", "the balance of an iteration", own)
+
+
+def _reaching(meeting, q: np.ndarray, ahead: float) -> None:
+    """Let a meeting look at the points within `ahead` times the way to q."""
+    import ancf.contact
+
+    kept, ancf.contact.AHEAD = ancf.contact.AHEAD, ahead
+    try:
+        meeting.reach(q)
+    finally:
+        ancf.contact.AHEAD = kept
 
 
 def _told(what: str, where: str, own: dict[str, float]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 
 from reports import frame
 from reports.hard_cases.chapter import Asked
-from reports.tire import page, pressed, rolling, savings, standing, treads
+from reports.tire import kernels, page, rolling, savings, standing, treads
 
 RUNS = "tire.runs"
 UNTIL = 0.32  # s: the first bounce
@@ -33,7 +33,7 @@ def units(budget: str) -> list[tuple[str, Asked]]:
     """What is run, each under the part of the page that it belongs to; the dearest first."""
     found = [("drop", _drop(solver="reference", size=size)) for size in reversed(SIZES[budget])]
     found += [("drop", _drop(mesh=mesh)) for mesh in EVEN[budget]]
-    found.append(("knots", _drop(mesh=page.ON_KNOTS)))
+    found.append(("off knots", _drop(mesh=page.OFF_KNOTS)))
     found += [("smooth", _drop(mesh=mesh, **SMOOTH)) for mesh in EVEN[budget]]
     if LONG[budget]:
         found.append(("long", Asked(f"{RUNS}.drop", {"mesh": LONG[budget], "until": 2.0})))
@@ -43,13 +43,13 @@ def units(budget: str) -> list[tuple[str, Asked]]:
         found.append(("print", Asked(f"{RUNS}.footprint", {"solver": "reference", "size": SIZES[budget][-2]})))
     found.append(("print", Asked(f"{RUNS}.footprint", {"mesh": page.MESH, "points": [8, 5, 3]})))
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
-    found += [("pressed", asked) for asked in pressed.units(SIZES[budget][:3])]
     found += [("rolling", asked) for asked in rolling.units(budget)]
     found += [("omitted", asked) for asked in savings.units()]
     found += [("treads", asked) for asked in treads.units(budget)]
     found += [("standing", asked) for asked in standing.units(budget)]
     found += [("hard", asked) for asked in _hard(budget)]
-    found.append(("rubber", Asked(f"{RUNS}.rubber", {"mesh": [12, 5]})))
+    found += [("kernels", asked) for asked in kernels.units()]
+    found += [("misfit", Asked(f"{RUNS}.misfit", {"mesh": mesh})) for mesh in (*EVEN[budget], page.OFF_KNOTS)]
     return found
 
 

@@ -1,10 +1,12 @@
 """Contact point by point: gaps, the law by hand, the true face, and tangents against differences of forces."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from ancf import obstacle
-from ancf.contact import Contact, Pair
+from ancf.contact import Contact, Pair, Reach
 from ancf.contact_law import Law, Motion, friction, part_inside, pressure_at_end, pressure_in_mean
 from ancf.face import face
 from ancf.nurbs import Curve
@@ -202,16 +204,48 @@ def test_tangent_is_the_differenced_force(make_body, kind, mu, mean):
 
 
 @pytest.mark.parametrize("kind", BODIES)
+def test_points_out_of_reach_would_not_have_touched(make_body, kind):
+    """Beside all points, on ways of any length taken one after another: the same points touch, with the same force.
+
+    Where a way is long enough to bring every point to the body, all are looked at.
+    """
+    acting, own = faced(make_body)
+    some = pressed(acting, own, kind, LAW, False, 0.0)[0].meetings[0]
+    every = replace(
+        some, _reach=Reach(np.inf, own.some(np.arange(len(own.points))), *map(own.positions, (some.q0, some.base)))
+    )
+    rng, counts = np.random.default_rng(7), []
+    for moved in (0.0, 1e-4, 1e-3, 1e-2, 1e-3, 0.1):
+        q = some.q0 + moved * rng.normal(size=some.q0.size)
+        found, wanted = some.answer(q), every.answer(q)
+        np.testing.assert_array_equal(found.near, wanted.near)
+        np.testing.assert_allclose(found.force_all, wanted.force_all, rtol=1e-13, atol=1e-12)
+        counts.append(len(some.reach(q).some.points))
+    assert counts == sorted(counts) and counts[0] < len(own.points)
+    assert len(some.reach(some.q0 + 10.0).some.points) == len(own.points)
+
+
+def test_no_point_moves_beyond_the_farthest(make_body):
+    """The bound holds for any change of the components, and for a shift of the whole it is at most four times it."""
+    acting, own = faced(make_body)
+    rng, n = np.random.default_rng(8), 3 * len(acting.body.mesh.vectors)
+    for change in rng.normal(size=(20, n)):
+        assert np.linalg.norm(own.positions(change), axis=1).max() <= own.farthest(change)
+    shift = np.where((acting.body.mesh.kinds == "r")[:, None], [0.0, 0.0, 1.0], 0.0).ravel()
+    assert 1.0 <= own.farthest(shift) <= 4.0
+
+
+@pytest.mark.parametrize("kind", BODIES)
 def test_mean_force_does_the_work_of_the_springs(make_body, kind):
     """Undamped, without friction: force times step = what the springs gave, between any two states."""
     acting, own = faced(make_body)
     law = Law(1000.0, 0.0, 0.0, 1.0, 1.0)
     step, q1 = pressed(acting, own, kind, law, True, 0.02)
-    meeting = step.meetings[0]
+    x0 = own.positions(step.meetings[0].q0)
     stored = [law.stiffness / 2 * own.share @ np.maximum(-BODIES[kind].gap(x), 0) ** 2
-              for x in (meeting.x0, own.positions(q1))]  # fmt: skip
+              for x in (x0, own.positions(q1))]  # fmt: skip
     (answer,) = step.answers(q1)
-    work = np.einsum("nc,nc->", answer.force, (own.positions(q1) - meeting.x0)[answer.near])
+    work = np.einsum("nc,nc->", answer.force, (own.positions(q1) - x0)[answer.near])
     assert work == pytest.approx(stored[0] - stored[1], abs=1e-12 * max(stored))
     touch = step.touched(q1)[0]
     assert touch.dissipated == pytest.approx(0.0, abs=1e-12 * max(stored))

@@ -10,7 +10,7 @@ import numpy as np
 from compare.plots import Series, history_plot, map_plot
 from compare.report import Block, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_most, stated
-from reports.hard_cases.chapter import Outcome
+from reports.hard_cases.chapter import Asked, Outcome
 from reports.plate_drop.scenes import DEPTH, FALL
 
 TITLE = "Plate drop"
@@ -196,15 +196,22 @@ def _hard(outcomes: Sequence[Outcome]) -> Figure:
         len(bad),
         "",
         0,
-        against="an energy drift below 5 % or a named failure; stopping within 1 %, creep at rest below 1e-9 m",
+        against="an energy drift below 5 %, or the failure that the case may show; stopping within 1 %, creep at rest "
+        "below 1e-9 m",
         note="; ".join(bad) or "None.",
     )
 
 
+def may_fail(asked: Asked) -> tuple[str, ...]:
+    """Failures that a hard case may show: the trapezoidal rule gains energy on a ground of ten thousand times the
+    stiffness and has to say so; every other case has to end well."""
+    return ("energy_not_kept",) if asked.name.endswith(".landing") and "integrator" in asked.arguments else ()
+
+
 def _named(outcome: Outcome) -> bool:
-    """Whether a hard case is right, or says by name that it is not."""
+    """Whether a hard case is right, or ends with a failure that it may show."""
     if outcome.get("ended") != "ok":
-        return True
+        return outcome.get("ended") in may_fail(outcome.asked)
     expected, creep = outcome.get("expected"), outcome.get("creep")
     near = expected is None or abs(outcome.get("value") / expected - 1) <= 0.01
     return near and outcome.get("energy_residual") <= 5.0 and (creep is None or creep < 1e-9)
@@ -380,6 +387,7 @@ def _sensitivity(found: dict[str, list[Outcome]]) -> list[Block]:
 HARD = (
     Column("case", "case", "wrap"),
     Column("ended", "ended"),
+    Column("may_fail", "may end"),
     Column("iterations_per_step", "iterations per step", ".2f"),
     Column("energy_residual", "energy drift", ".2e", "%"),
     Column("peak_force", "peak force", ",.0f", "N"),
@@ -393,7 +401,8 @@ HARD = (
 
 def _hard_table(outcomes: Sequence[Outcome]) -> list[Block]:
     table = [
-        {column.key: o.get(column.key) for column in HARD} | {"status": o.measured.status, "case": _case(o)}
+        {column.key: o.get(column.key) for column in HARD}
+        | {"status": o.measured.status, "case": _case(o), "may_fail": ", ".join(("ok", *may_fail(o.asked)))}
         for o in outcomes
     ]
     words = [

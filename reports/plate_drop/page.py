@@ -50,8 +50,17 @@ FALLS = (
 def told(outcome: Outcome) -> str:
     """What a unit asked, in few words."""
     skipped = ("law", "solver", "time_step")
-    words = [f"{key} {value}" for key, value in outcome.asked.arguments.items() if key not in skipped]
-    return ", ".join([outcome.asked.arguments.get("solver", "ancf"), *words]).replace("[", "").replace("]", "")
+    words = [f"{key} {_listed(value)}" for key, value in outcome.asked.arguments.items() if key not in skipped]
+    return ", ".join([outcome.asked.arguments.get("solver", "ancf"), *words])
+
+
+def _listed(value: Any) -> str:
+    """2x2 of whole numbers, 0.2 to 0.3 of edges, and what else it is."""
+    if not isinstance(value, list):
+        return str(value)
+    if isinstance(value[0], list):
+        return " and ".join(f"{low:g} to {high:g}" for low, high in value)
+    return "x".join(map(str, value))
 
 
 def row(outcome: Outcome, **more: Any) -> dict[str, Any]:

@@ -18,7 +18,7 @@ COLUMNS = (
     Column("verdict", "verdict", "tag"),
     Column("judged", "met"),
     Column("worst", "nearest to its bar", "wrap"),
-    Column("part", "of its bar", ".3g", "%"),
+    Column("part", "of its bar", ",.1f", "%"),
     Column("budget", "budget"),
     Column("date", "date"),
     Column("commit", "commit"),
@@ -71,7 +71,7 @@ def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
         "worst": label,
         "part": None if worst is None else 100 * parts[worst],
         "budget": content.get("budget") or about.get("budget"),
-        "date": str(about.get("date", ""))[:16].replace("T", " "),
+        "date": str(about.get("date", ""))[:10],
         "commit": about.get("commit"),
         "size": html.stat().st_size / 1e6,
     }

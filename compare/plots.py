@@ -192,9 +192,10 @@ def map_plot(
         at, size = np.column_stack([x, y]), np.asarray(values, float)
         none = size <= 0
         axes.plot(*at[none].T, color=INK, marker="x", linestyle="none", markersize=3.5, alpha=0.45, label="not pressed")
-        shown = axes.scatter(*at[~none].T, c=size[~none], cmap="viridis", s=26, vmin=0.0, label="pressed")
+        shown = axes.scatter(*at[~none].T, c=size[~none], cmap="viridis", s=26, vmin=0.0)
         figure.colorbar(shown, ax=axes, label=label)
         axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
+        axes.plot([], [], color=shown.cmap(0.6), marker="o", linestyle="none", label="pressed")  # seen on any page
         _legend(figure, axes)
 
     return _draw(name, title, about, paint, (SIZE[0], SIZE[1] * 1.2))

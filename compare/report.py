@@ -11,6 +11,7 @@ import base64
 import hashlib
 import json
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -192,6 +193,11 @@ def cell(row: dict[str, Any], column: Column) -> Markup:
     return number(value, column.form)
 
 
+def minus(words: Any) -> str:
+    """Words with a typographic minus before numbers."""
+    return re.sub(r"(?<![\w.])-(?=\d)", "\u2212", str(words))
+
+
 def data_uri(picture: Picture) -> str:
     """The picture as a data: address, so that the page needs no second file."""
     return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
@@ -206,7 +212,7 @@ def render(page: Page) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters |= {"number": number, "data_uri": data_uri}
+    environment.filters |= {"number": number, "data_uri": data_uri, "minus": minus}
     environment.globals |= {"cell": cell}
     text = script(any(block.kind == "bodies" for section in page.sections for block in section.blocks))
     digest = base64.b64encode(hashlib.sha256(text.encode("utf-8")).digest()).decode("ascii")

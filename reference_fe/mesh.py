@@ -20,6 +20,7 @@ from reference_fe.seam import glue, match_seam
 from reference_fe.surface import Revolved, Surface, carry, volume_element
 
 VOLUME_ERROR = 0.01
+NUDGE = 1e-6  # of the box's thinnest side: nodes at a curved groove are moved by whole multiples of it
 EDGES_PER_TURN = 6  # least number of curved edges on a full turn of a groove's section
 TO_SKFEM = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # gmsh's tetra10 has its last two edges the other way round
 
@@ -120,17 +121,16 @@ def _tetrahedralise(gmsh: ModuleType, spacing: Spacing) -> tuple[np.ndarray, np.
     try:
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
-        _straighten(gmsh)
+        tags, coordinates = _straightened(gmsh)
     except Exception as error:
         raise MeshError("mesh_failed", f"gmsh: {error}") from error
-    tags, coordinates, _ = gmsh.model.mesh.getNodes()
     index = np.zeros(int(tags.max()) + 1, dtype=np.int64)
     index[tags] = np.arange(tags.size)
     _, nodes = gmsh.model.mesh.getElementsByType(11)
     if nodes.size == 0:
         raise MeshError("mesh_failed", "gmsh made no tetrahedra")
     used, tetrahedra = np.unique(index[nodes], return_inverse=True)
-    return coordinates.reshape(-1, 3)[used], tetrahedra.reshape(-1, 10)
+    return coordinates[used], tetrahedra.reshape(-1, 10)
 
 
 def _grade(gmsh: ModuleType, spacing: Spacing) -> None:
@@ -160,11 +160,22 @@ def _grade(gmsh: ModuleType, spacing: Spacing) -> None:
         field.setAsBackgroundMesh(least)
 
 
-def _straighten(gmsh: ModuleType) -> None:
-    """Move nodes until no tetrahedron at a curved groove is inverted, where one is."""
-    tags, _ = gmsh.model.mesh.getElementsByType(11)
-    if gmsh.model.mesh.getElementQualities(tags, "minDetJac").min() <= 0:
-        gmsh.model.mesh.optimize("HighOrder")
+def _straightened(gmsh: ModuleType) -> tuple[np.ndarray, np.ndarray]:
+    """Tags (n,) and coordinates (n, 3) of the nodes, moved until no tetrahedron at a curved groove is inverted.
+
+    gmsh's optimiser takes nodes in the order of their addresses and so rounds otherwise each time. Moves are whole
+    multiples of NUDGE, so that equal questions have equal meshes as long as its iterations do not blow that up.
+    """
+    tags, before, _ = gmsh.model.mesh.getNodes()
+    before = before.reshape(-1, 3)
+    tetrahedra, _ = gmsh.model.mesh.getElementsByType(11)
+    if gmsh.model.mesh.getElementQualities(tetrahedra, "minDetJac").min() > 0:
+        return tags, before
+    gmsh.model.mesh.optimize("HighOrder")
+    again, after, _ = gmsh.model.mesh.getNodes()
+    step, moved = NUDGE * np.ptp(before, axis=0).min(), np.empty_like(before)
+    moved[np.argsort(tags)] = after.reshape(-1, 3)[np.argsort(again)] - before[np.argsort(tags)]
+    return tags, before + step * np.rint(moved / step)
 
 
 def _check(mesh: MeshTet2, exact: float) -> Solid:

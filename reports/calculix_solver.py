@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from compare.external import calculix
-from compare.result import Result
+from compare.result import Outline, Result, Shots
 from compare.scene import BUDGETS, ReferenceLevel, Scene
 from compare.study import Unit, unit
+from reference_fe.outline import surface_triangles
 from reports.speed_runs import discretised
 
 NAME, MODULE = "calculix", "reports.calculix_solver"
@@ -46,14 +47,15 @@ def why_not(scene: Scene) -> str | None:
 
 
 def solve(scene: Scene, level: ReferenceLevel, progress: Callable[[float], None] | None = None) -> Result:
-    """Write the deck, run `ccx`, read the heights back. Raises CalculixError where it stops."""
+    """Write the deck, run `ccx`, read probes and surface back. Raises CalculixError where it stops."""
     model = discretised(scene, level.size)
     system, nodes = model.system, model.solid.mesh.doflocs.T
     weights = np.array(model.probes)
-    printed = np.flatnonzero(np.abs(weights).sum(axis=0))
+    surface, triangles, edges = surface_triangles(model.solid)
+    printed = np.union1d(np.flatnonzero(np.abs(weights).sum(axis=0)), surface)
     answer = calculix.solve(_problem(scene, level, system, nodes, printed))
-    moved = np.einsum("pk,tkc->tpc", weights[:, printed], answer.displacement)
-    times = np.concatenate([[0.0], answer.times])
+    displacement = np.concatenate([np.zeros((1, len(printed), 3)), answer.displacement])
+    moved = np.einsum("pk,tkc->tpc", weights[:, printed], displacement)
     return Result(
         scene=scene.physics(),
         solver=NAME,
@@ -61,14 +63,24 @@ def solve(scene: Scene, level: ReferenceLevel, progress: Callable[[float], None]
         level=level.model_dump(mode="json"),
         h=level.size,
         unknowns=3 * system.pattern.free.size,
-        times=times,
+        times=np.concatenate([[0.0], answer.times]),
         probes=tuple(probe.name for probe in scene.probes),
         probe_position=weights @ nodes,
-        displacement=np.concatenate([np.zeros((1, *moved.shape[1:])), moved]),
+        displacement=moved,
         energies={},
         cpu_seconds=answer.cpu_seconds,
         steps=len(answer.times),
+        outline=_outline(nodes[surface], displacement[:, np.searchsorted(printed, surface)], triangles, edges),
     )
+
+
+def _outline(points: np.ndarray, displacement: np.ndarray, triangles: np.ndarray, edges: np.ndarray) -> Outline:
+    """The surface (n, 3) with its displacement (t, n, 3) at every step: the last one, and a few on the way."""
+    shots = Shots()
+    for output, state in enumerate(displacement):
+        shots.take(output, state)
+    path, index = np.array(shots.states, np.float32), np.array(shots.index)
+    return Outline(points, displacement[-1], triangles, edges, path=path, path_index=index)
 
 
 def _problem(scene: Scene, level: ReferenceLevel, system: Any, nodes: np.ndarray, printed: np.ndarray):

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from compare import ci, gate
 from compare.provenance import provenance
 from compare.report import Commands, Facts, Page, Section, Verdict, write
 from compare.scene import BUDGETS
@@ -24,6 +25,7 @@ from reports.keep import kept, tidy
 from reports.unit import Measured, measure
 
 OUT = Path("reports/build")
+BASELINES = Path(__file__).parent / "baselines"
 Parts = dict[str, list[Outcome]]  # outcomes by the part of the page that they belong to
 Take = Callable[[str, dict[str, Any]], Measured]
 Tell = Callable[[Outcome, float], None]
@@ -119,3 +121,34 @@ def parser(name: str, lead: str) -> argparse.ArgumentParser:
     found.add_argument("--out", type=Path, default=OUT, metavar="DIR")
     found.add_argument("--fresh", action="store_true", help="measure everything again, reuse nothing")
     return found
+
+
+def gated(found: argparse.ArgumentParser) -> argparse.ArgumentParser:
+    """The options of a study with accepted rows."""
+    found.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
+    found.add_argument("--junit", type=Path, metavar="FILE", help="with --check: write the verdict as JUnit XML")
+    found.add_argument("--summary", type=Path, metavar="FILE", help="with --check: append the verdict as Markdown")
+    found.add_argument("--accept", metavar="REASON", help="make these values the accepted ones (budget quick)")
+    return found
+
+
+def gate_row(name: str, solver: str, value: float | None, unit: str, status: str) -> gate.Row:
+    """What the gate knows of a value of a unit; without a value it has not ended well."""
+    status = "no value" if value is None and status == "ok" else status
+    return {gate.CASE: name, "solver": solver, "value": value, "unit": unit, "status": status}
+
+
+def passed(name: str, rows: list[gate.Row], options: argparse.Namespace) -> bool | None:
+    """Accept the rows of a study, and compare them with the accepted ones, as far as asked to.
+
+    Whether the gate passes them; None where it was not asked.
+    """
+    path = BASELINES / f"{name}.json"
+    if options.accept:
+        gate.accept(rows, options.accept, name, path)
+    if not options.check:
+        return None
+    verdict = gate.check(rows, gate.read(path))
+    ci.write(verdict, name, options.junit, options.summary)
+    print("\n".join(gate.lines(verdict)))
+    return verdict.passed

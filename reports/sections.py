@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -63,12 +62,7 @@ def scene_section(stated: Sequence[Scene]) -> Section:
     said = list(dict.fromkeys(words for scene in stated for words in scene.assumed))
     blocks = [Plots(drawn), Text(["Read or assumed where the source is silent:"] if said else [])]
     facts = [("scene", stated[0].name), ("source", stated[0].source or "none given"), *statement(stated[0])]
-    return Section("scene", "The question", [*blocks, Bullets(said), Facts(_minus(facts))], "Question")
-
-
-def _minus(facts: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Facts with a typographic minus before numbers."""
-    return [(about, re.sub(r"(?<![\w.])-(?=\d)", "\u2212", words)) for about, words in facts]
+    return Section("scene", "The question", [*blocks, Bullets(said), Facts(facts)], "Question")
 
 
 def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> Section:

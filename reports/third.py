@@ -43,6 +43,7 @@ def _line(scene: Any, ladder: Ladder, entry: Entry, target: tuple[float, str] | 
         "error_ratio": abs(error / theirs) if error is not None and theirs else None,
         "time_ratio": seconds / other if seconds and other else None,
         "target": target and target[1],
+        "run": entry.key,
     }
 
 

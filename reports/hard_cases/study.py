@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
-from compare import ci, gate
+from compare import gate
 from compare.provenance import provenance
 from compare.report import Bullets, Commands, Facts, Page, Section, Verdict, write
 from compare.verdict import Figure, at_most
@@ -32,7 +32,6 @@ CHAPTERS: tuple[str, ...] = (
     "rubber",
     "paths",
 )
-BASELINE = Path(__file__).parents[1] / "baselines" / "hard_cases.json"
 TITLE = "Hard cases"
 LEAD = (
     "Published tables, thin, slender, skewed and distorted elements, extreme grooves, nearly incompressible "
@@ -116,21 +115,12 @@ def main(words: Sequence[str] | None = None) -> int:
     path = publish(chapters, options.budget, options.out)
     frame.print_figures(figures(chapters))
     print(f"page: {path}")
-    if options.accept:
-        gate.accept(gate_rows(chapters), options.accept, "hard_cases", BASELINE)
-    if options.check:
-        verdict = gate.check(gate_rows(chapters), gate.read(BASELINE))
-        ci.write(verdict, "hard_cases", options.junit, options.summary)
-        print("\n".join(gate.lines(verdict)))
-        return int(not verdict.passed)
+    if (passed := frame.passed("hard_cases", gate_rows(chapters), options)) is not None:
+        return int(not passed)
     return int(any(case.met is False for part in chapters.values() for case in part.cases))
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = frame.parser("hard_cases", LEAD)
+    parser = frame.gated(frame.parser("hard_cases", LEAD))
     parser.add_argument("--chapter", action="append", choices=CHAPTERS, help="only this chapter (may be repeated)")
-    parser.add_argument("--check", action="store_true", help="compare with the accepted values (budget quick)")
-    parser.add_argument("--junit", type=Path, metavar="FILE", help="with --check: write the verdict as JUnit XML")
-    parser.add_argument("--summary", type=Path, metavar="FILE", help="with --check: append the verdict as Markdown")
-    parser.add_argument("--accept", metavar="REASON", help="make these values the accepted ones (budget quick)")
     return parser

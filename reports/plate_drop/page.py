@@ -10,7 +10,7 @@ import numpy as np
 from compare.plots import Series, history_plot, map_plot
 from compare.report import Block, Column, Plots, Section, Table, Text
 from compare.verdict import Figure, at_most, stated
-from reports.hard_cases.chapter import Outcome
+from reports.hard_cases.chapter import Asked, Outcome
 from reports.plate_drop.scenes import DEPTH, FALL
 
 TITLE = "Plate drop"
@@ -50,8 +50,17 @@ FALLS = (
 def told(outcome: Outcome) -> str:
     """What a unit asked, in few words."""
     skipped = ("law", "solver", "time_step")
-    words = [f"{key} {value}" for key, value in outcome.asked.arguments.items() if key not in skipped]
-    return ", ".join([outcome.asked.arguments.get("solver", "ancf"), *words]).replace("[", "").replace("]", "")
+    words = [f"{key} {_listed(value)}" for key, value in outcome.asked.arguments.items() if key not in skipped]
+    return ", ".join([outcome.asked.arguments.get("solver", "ancf"), *words])
+
+
+def _listed(value: Any) -> str:
+    """2x2 of whole numbers, 0.2 to 0.3 of edges, and what else it is."""
+    if not isinstance(value, list):
+        return str(value)
+    if isinstance(value[0], list):
+        return " and ".join(f"{low:g} to {high:g}" for low, high in value)
+    return "x".join(map(str, value))
 
 
 def row(outcome: Outcome, **more: Any) -> dict[str, Any]:
@@ -196,15 +205,22 @@ def _hard(outcomes: Sequence[Outcome]) -> Figure:
         len(bad),
         "",
         0,
-        against="an energy drift below 5 % or a named failure; stopping within 1 %, creep at rest below 1e-9 m",
+        against="an energy drift below 5 %, or the failure that the case may show; stopping within 1 %, creep at rest "
+        "below 1e-9 m",
         note="; ".join(bad) or "None.",
     )
 
 
+def may_fail(asked: Asked) -> tuple[str, ...]:
+    """Failures that a hard case may show: the trapezoidal rule gains energy on a ground of ten thousand times the
+    stiffness and has to say so; every other case has to end well."""
+    return ("energy_not_kept",) if asked.name.endswith(".landing") and "integrator" in asked.arguments else ()
+
+
 def _named(outcome: Outcome) -> bool:
-    """Whether a hard case is right, or says by name that it is not."""
+    """Whether a hard case is right, or ends with a failure that it may show."""
     if outcome.get("ended") != "ok":
-        return True
+        return outcome.get("ended") in may_fail(outcome.asked)
     expected, creep = outcome.get("expected"), outcome.get("creep")
     near = expected is None or abs(outcome.get("value") / expected - 1) <= 0.01
     return near and outcome.get("energy_residual") <= 5.0 and (creep is None or creep < 1e-9)
@@ -380,6 +396,7 @@ def _sensitivity(found: dict[str, list[Outcome]]) -> list[Block]:
 HARD = (
     Column("case", "case", "wrap"),
     Column("ended", "ended"),
+    Column("may_fail", "may end"),
     Column("iterations_per_step", "iterations per step", ".2f"),
     Column("energy_residual", "energy drift", ".2e", "%"),
     Column("peak_force", "peak force", ",.0f", "N"),
@@ -393,7 +410,8 @@ HARD = (
 
 def _hard_table(outcomes: Sequence[Outcome]) -> list[Block]:
     table = [
-        {column.key: o.get(column.key) for column in HARD} | {"status": o.measured.status, "case": _case(o)}
+        {column.key: o.get(column.key) for column in HARD}
+        | {"status": o.measured.status, "case": _case(o), "may_fail": ", ".join(("ok", *may_fail(o.asked)))}
         for o in outcomes
     ]
     words = [

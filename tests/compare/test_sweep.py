@@ -127,7 +127,7 @@ def test_the_workflow_gives_what_a_run_gives_number_for_number(tmp_path):
 
 
 def test_the_comparison_would_have_told(tmp_path):
-    """One last digit of one displacement, a status and a row are seen; times are not."""
+    """One last digit of one displacement, a status, a fact and a row are seen; times are not."""
     outs = [tmp_path / "flow", tmp_path / "plain"]
     results = [np.array([1.0, 2.0]), np.nextafter([1.0, 2.0], 3.0)]
     for out, displacement, status in zip(outs, results, ("ok", "failed"), strict=True):
@@ -135,10 +135,12 @@ def test_the_comparison_would_have_told(tmp_path):
         header = {
             "status": status,
             "seconds": out.name,
-            "facts": {"beside": out.name, "mesh_seconds": out.name, "volume": 1.0},
+            "facts": {"beside": out.name, "mesh_seconds": out.name, "factor_seconds": out.name, "volume": 1.0},
         }
         np.savez(out / "results" / "a.npz", header=np.array(json.dumps(header)), displacement=displacement)
         (out / "s.json").write_text(json.dumps({"rows": [{"value": 1.0, "wall_seconds": out.name}]}))
     assert same.differences(*outs, "s") == (["a.npz: displacement", "a.npz: status"], 1)
+    np.savez(outs[0] / "results" / "a.npz", header=np.array(json.dumps({"facts": {"volume": 1.1}})))
+    assert "a.npz: facts" in same.differences(*outs, "s")[0]
     (outs[0] / "s.json").write_text(json.dumps({"rows": [{"value": 2.0}]}))
     assert same.differences(*outs, "s")[0][-1] == "the rows of the pages"

@@ -120,6 +120,18 @@ def test_the_page_finds_the_limit_its_errors_and_the_cost_at_equal_error(tmp_pat
     assert "Node 1" in path.read_text() and json.loads(path.with_suffix(".json").read_text())["budget"] == "quick"
 
 
+def test_the_gate_knows_each_fall_by_its_case_and_how_it_ended():
+    rows = {(row["case"], row["solver"]): row for row in study.gate_rows(_found())}
+    travel = rows["drop: size 0.25: travel", "reference"]
+    assert travel["value"] == pytest.approx(0.1 * (1 - 0.1 * 0.25**2)) and travel["status"] == "ok"
+    assert rows["saved: part whole: node_1", "ancf"]["value"] == -0.03
+    failed = _found() | {"hard": [_run(0.3, "ancf", 0.0, 1.0, ended="newton_diverged")]}
+    ended = {row["status"] for row in study.gate_rows(failed) if row["case"].startswith("hard: ")}
+    assert ended == {"newton_diverged"}
+    judged = {figure.name: figure for figure in page.figures(failed)}
+    assert judged["hard_cases_failed"].value == 1
+
+
 def test_without_a_reference_nothing_is_judged_against_it():
     found = _found()
     found["drop"] = found["drop"][-1:]

@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
+from compare import gate
 from reports import frame
 from reports.hard_cases.chapter import Asked
 from reports.tire import kernels, page, rolling, savings, standing, treads
@@ -74,6 +75,26 @@ def run(budget: str, jobs: int, take: frame.Take = frame.afresh) -> frame.Parts:
     return frame.outcomes(units(budget), jobs, take)
 
 
+GATED = {
+    "drop": {"travel": "m", "peak_force": "N", "lowest_ratio": ""},
+    "part": {"node_1": "m"},
+    "standing": {"radius": "m", "stiffness": "N/m"},
+}
+
+
+def gate_rows(found: frame.Parts) -> list[gate.Row]:
+    """What the gate knows of the falls, hard ones too, of the parts of a tire and of the standing one."""
+    rows = []
+    for part, outcomes in found.items():
+        for outcome in outcomes:
+            solver, kind = outcome.asked.arguments.get("solver", "ancf"), outcome.asked.name.rpartition(".")[2]
+            ended = outcome.get("ended") or outcome.measured.status
+            for key, unit in GATED.get(kind, {}).items():
+                name = f"{part}: {page.case(outcome)}: {key}"
+                rows.append(frame.gate_row(name, solver, outcome.get(key), unit, ended))
+    return rows
+
+
 def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
     """Write tire.html and tire.json into `folder`; returns the page's path."""
     return frame.publish("tire", page, found, budget, folder)
@@ -81,10 +102,12 @@ def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
-    options = frame.parser("tire", page.LEAD).parse_args(words)
+    options = frame.gated(frame.parser("tire", page.LEAD)).parse_args(words)
     found = run(options.budget, options.jobs, frame.taking(options.out, options.fresh))
     path = publish(found, options.budget, options.out)
     judged = page.figures(found)
     frame.print_figures(judged)
     print(f"page: {path}")
+    if (passed := frame.passed("tire", gate_rows(found), options)) is not None:
+        return int(not passed)
     return frame.status(judged)

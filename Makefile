@@ -65,9 +65,11 @@ same: setup ## the cantilever through Snakemake equals a plain run, bit for bit;
 	$(BIN)/python -c 'import snakemake' 2>/dev/null || $(BIN)/python -m pip install --quiet --disable-pip-version-check 'snakemake>=9'
 	$(BIN)/python workflow/same.py cantilever $(BUDGET)
 
-check: setup ## compare fresh quick runs of the cantilever and of the hard cases with the accepted tables
+check: setup ## compare fresh quick runs of cantilever, hard cases, integration, plate drop with the accepted tables
 	$(BIN)/groovecheck check cantilever --fresh
 	$(BIN)/python -m reports.hard_cases --budget quick --check --fresh
+	$(BIN)/python -m reports.integration --budget quick --check --fresh
+	$(BIN)/python -m reports.plate_drop --budget quick --check --fresh
 
 test: setup browser ## the test suite, within 5 minutes on two cores
 	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2

@@ -1,7 +1,7 @@
 """The gate: rows of a quick run against the accepted ones of reports/baselines/<scene>.json.
 
-Only heights and frequencies are judged, never bitwise and never times. Two runs on the same platform may differ by
-SAME (relative): they stop Newton at slightly different rounding, which the solver's tolerances hold
+Only values are judged, heights and frequencies above all, never bitwise and never times. Two runs on the same platform
+may differ by SAME (relative): they stop Newton at slightly different rounding, which the solver's tolerances hold
 near 1e-9. Between platforms ACROSS is allowed: another BLAS, libm or sparse solver rounds
 differently everywhere and another mesh generator may place a node elsewhere, while a wrong stiffness
 of 0.1 % moves the plain cantilever by 2e-4 (2x2) to 4e-4 (4x4). A platform is operating system, machine type, Python

@@ -1,7 +1,7 @@
 """The integration study shows what Fig. 4 shows, and judges itself."""
 
 from reports.integration import page, runs
-from reports.integration.study import figures, publish
+from reports.integration.study import figures, gate_rows, publish
 from reports.unit import Measured
 
 
@@ -22,6 +22,9 @@ def test_the_study_publishes_its_figures(tmp_path, monkeypatch):
     judged = {figure.name: figure for figure in figures(matrices, volumes)}
     assert judged["tread_volume_error"].met
     assert judged["subdomain_error_4_points"].value is None  # the other polynomial grooves were not run
+    told = {row["case"]: row for row in gate_rows(matrices, volumes)}
+    assert told["trapezium: mass, subdomain, 4 points"]["value"] == rows[1]["mass_norm"]
+    assert told["trapezium: mass, global, 40 points"]["status"] == "no value"  # was not run: the gate refuses it
     failed = [Measured("integration.runs.volumes", {"case": "trapezium"}, "failed: no gmsh")]
     assert figures(matrices, failed)[0].met is None
     path = publish(matrices, volumes, "quick", tmp_path)

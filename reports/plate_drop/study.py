@@ -106,8 +106,8 @@ GATED = {
 def gate_rows(found: frame.Parts) -> list[gate.Row]:
     """What the gate knows of each run that may not fail.
 
-    A run repeats to the last digit. Another BLAS rounds otherwise, and contact points open and stick at other moments:
-    with OpenBLAS's oldest kernels the rows move by at most MOVED, so that the gate's 1e-4 between platforms has room.
+    Another BLAS rounds otherwise, and contact points might open and stick at other moments: with OpenBLAS's oldest
+    kernels no row moves by more than 2.5e-10, so that the gate's 1e-6 on one platform and 1e-4 between two have room.
     """
     rows = []
     for part, outcomes in found.items():

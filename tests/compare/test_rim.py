@@ -10,7 +10,7 @@ from compare.result import Result, Rim, load, save
 from compare.scene import SHIPPED, SceneError, parse
 from compare.scene import load as shipped
 from compare.sketch import sketch
-from tests.compare.test_scene import changed
+from tests.compare.scene_changes import changed
 
 STANDING = tomllib.loads((SHIPPED / "standing_tire.toml").read_text())
 ROLLING = {"analysis": {"kind": "dynamic", "until": 1.0, "every": 0.1}, "rim.spin": [0.0, 5.0, 0.0]}

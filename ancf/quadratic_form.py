@@ -36,7 +36,7 @@ from scipy.linalg import lapack
 from ancf.element import Integrand, Terms
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
-from ancf.products import Flipped, Product, flipped, products, runs_of
+from ancf.products import Flipped, Product, flipped, products, runs_of, turn
 
 if TYPE_CHECKING:
     from ancf.parity import Split
@@ -146,7 +146,7 @@ class Portion:
 
     stress: D to P. tangent: even and odd to their parts of the tangent. packed: tangents of the whole span;
     upper (e, 6, 136) and lower (e, 3, 120) are this portion's part. flipped: the runs of elements that have other
-    signs than their form; signs (e, i, 1): of all, where there are any.
+    signs than their form.
     """
 
     e: slice
@@ -158,7 +158,6 @@ class Portion:
     upper: np.ndarray
     lower: np.ndarray
     flipped: list[Flipped]
-    signs: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,8 +207,8 @@ class QuadraticElements:
             work = portion.work
             P = work["P"].take(of, axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
             own = np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
-            if portion.flipped:
-                own *= portion.signs
+            for run in portion.flipped:
+                turn(own, run.e, run.nodal)
         return force
 
     def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
@@ -248,8 +247,8 @@ class QuadraticElements:
         """Fill out with a portion's nodal vectors as their forms know them, from the first node."""
         np.copyto(out, Q[portion.e])
         out[:, self._places] -= out[:, :1]
-        if portion.flipped:
-            out *= portion.signs
+        for run in portion.flipped:
+            turn(out, run.e, run.nodal)
         return out
 
     def _tangent(self, portion: Portion) -> None:
@@ -269,9 +268,8 @@ class QuadraticElements:
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
         for run in portion.flipped:
-            for part, signs in ((upper, run.upper), (lower, run.lower)):
-                own = part[run.e].reshape(-1, len(signs))  # a view: long rows are faster
-                own *= signs
+            turn(upper, run.e, run.upper)
+            turn(lower, run.e, run.lower)
 
     @cached_property
     def _places(self) -> slice:
@@ -298,8 +296,7 @@ class QuadraticElements:
             stress = products(runs, arrays["D"], self.stress, arrays["P"])
             tangent = products(runs, arrays["even"], self.symmetric, upper)
             tangent += products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
-            signs = self.signs[e]
-            parts = span, upper, lower, flipped(signs), signs[..., None]
+            parts = span, upper, lower, flipped(self.signs[e])
             portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, *parts))
         return portions
 

@@ -7,8 +7,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
+from ancf.linear_solver import LinearSolver
 from ancf.parity import basis
 from ancf.split_form import SplitFormElements
+from reports.timing import least
 
 PARTS = ("force", "tangent", "factor", "solve", "inertia", "energies", "picture")
 
@@ -17,7 +21,6 @@ PARTS = ("force", "tangent", "factor", "solve", "inertia", "energies", "picture"
 def clocked() -> Iterator[tuple[dict[str, float], dict[str, int]]]:
     """CPU seconds and calls by part of what ANCF solves inside; the clocks cost about 2 microseconds a call."""
     import ancf.run
-    from ancf.linear_solver import LinearSolver
     from ancf.system import System
 
     spent, calls = dict.fromkeys(PARTS, 0.0), dict.fromkeys(PARTS, 0)
@@ -82,8 +85,6 @@ def operations(system, calls: dict[str, int], forms: list[tuple[int, list[int], 
     tangents and energies: the products with the pre-integrated tensors, and T^T K T where they are split by parity;
     the stress counts once where a tangent or an energy follows a force. Banded factors: n k^2, solutions 4 n k.
     """
-    from ancf.linear_solver import LinearSolver
-
     elements, solver = system.body.elements, LinearSolver(system.assembly.pattern)
     stress, tangent = (_of_products(elements, name) for name in ("stress", "tangent"))
     if isinstance(elements, SplitFormElements):
@@ -100,6 +101,20 @@ def operations(system, calls: dict[str, int], forms: list[tuple[int, list[int], 
         "solve": calls["solve"] * 4 * n * k,
     }
     return {part: 1e-9 * float(number) for part, number in found.items()}
+
+
+def bare(system, q: np.ndarray, calls: dict[str, int], repeats: int = 50) -> dict[str, float]:
+    """CPU seconds of the same products with tensors, factors and solutions, called by NumPy and LAPACK with nothing
+    between them and their data in the cache: calls by part, times the least of `repeats`, at the state q."""
+    solver, elements = LinearSolver(system.assembly.pattern), system.body.elements
+    stiff = system.tangent(q) + q.size * system.mass_values
+    solve, residual = solver.factorise(stiff), system.force_internal(q)
+    factor = least(lambda: solver.factorise(stiff), repeats)
+    found = {"factor": calls["factor"] * factor, "solve": calls["solve"] * least(lambda: solve(residual), repeats)}
+    for part, name in (("force", "stress"), ("tangent", "tangent")):
+        products = [product for portion in elements._portions for product in getattr(portion, name)]
+        found[part] = calls[part] * least(lambda own=products: [np.matmul(*product) for product in own], repeats)
+    return found
 
 
 def _of_products(elements, name: str) -> int:

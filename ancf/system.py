@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
+from ancf.assembly import Assembly, MixedAssembly, assembly, couple, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass, signed
 from ancf.free_edge import strips
 from ancf.layer import wall_strips
@@ -433,11 +433,12 @@ def system(
     return System(plate, sums, tuple(loads), values, lengths, tuple(moments), tuple(pressures), rim=rim)
 
 
-def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:
+def _on_pattern(scalar: sp.csr_matrix, sums: Assembly | MixedAssembly) -> np.ndarray:
     """Values (nnz,) of the mass matrix, scalar x 1, on the pattern of the tangent."""
-    full = sp.kron(scalar, sp.eye_array(3), format="csc")[sums.free][:, sums.free]
-    lower = sp.tril(full, format="csc")
-    lower.sort_indices()
+    scalar = scalar.tocoo()
+    row, column = (sums.unknown_of.reshape(-1, 3)[place] for place in (scalar.row, scalar.col))
+    lower = (row >= column) & (column >= 0)
+    keys = column[lower].astype(np.int64) * len(sums.free) + row[lower]
     values = np.zeros(len(sums.pattern.indices))
-    values[np.searchsorted(sums.pattern.keys, entry_keys(lower.indptr, lower.indices))] = lower.data
+    values[np.searchsorted(sums.pattern.keys, keys)] = np.repeat(scalar.data[:, None], 3, axis=1)[lower]
     return values

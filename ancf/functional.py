@@ -29,7 +29,7 @@ def interpolation(mesh: Mesh, elements: np.ndarray, points: np.ndarray) -> sp.cs
         cell = cells[elements[start : start + BLOCK]]
         local = points[start : start + BLOCK].astype(float)
         local[:, :2] -= cell[:, :, 0]
-        values.append(mesh.shape.evaluate(local, tuple((cell[:, :, 1] - cell[:, :, 0]).T)).S.ravel())
+        values.append(mesh.shape.values(local, tuple((cell[:, :, 1] - cell[:, :, 0]).T)).ravel())
     columns = mesh.connectivity[elements]
     ends = np.arange(len(points) + 1) * columns.shape[1]
     rows = sp.csr_matrix((np.concatenate(values), columns.ravel(), ends), shape=(len(points), len(mesh.vectors)))

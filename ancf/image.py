@@ -17,6 +17,7 @@ import numpy as np
 from ancf.shape import CORNERS, EDGES, Plate
 
 Interval = tuple[float, float]
+ALONG_Y, ALONG_X = 1, 2  # which of `images` mirror along one axis
 SWAPPED = {"r_x": "r_y", "r_y": "r_x"}
 
 

@@ -137,17 +137,18 @@ def step(
         more = _stated(system.rim, scheme, state.t, dt)
         drift, coast = drift + more[0], coast + more[1]
     force, floor = state.force, _floor(system, state.q, inertial)
-
-    def acceleration(q: np.ndarray) -> np.ndarray:
-        return (q - drift) / (beta * dt**2)
+    begun, least = (alpha_m * state.a, alpha_f * state.force), max(floor, TOLERANCE * system.norm(dead))
 
     def balance(q: np.ndarray, more: Terms) -> Balance:
         nonlocal force
-        internal, external = system.force_internal(q, more), dead + system.force_following(q, t)
+        internal, external, size = system.force_internal(q, more), dead, least
+        if system.following:
+            external = dead + system.force_following(q, t)
+            size = max(floor, TOLERANCE * system.norm(external))
         force = internal - external
-        inertia = system.inertia((1 - alpha_m) * acceleration(q) + alpha_m * state.a)
-        residual = -(inertia + (1 - alpha_f) * force + alpha_f * state.force)
-        return Balance(residual, max(floor, *(TOLERANCE * system.norm(x) for x in (external, internal, inertia))))
+        inertia = system.inertia(inertial * (q - drift) + begun[0])
+        residual = -(inertia + (1 - alpha_f) * force + begun[1])
+        return Balance(residual, max(size, *(TOLERANCE * system.norm(x) for x in (internal, inertia))))
 
     def jacobian(q: np.ndarray, more: Terms) -> np.ndarray:
         return inertial * system.mass_values + (1 - alpha_f) * system.tangent_loaded(q, t, more)
@@ -165,7 +166,7 @@ def step(
         found = correct(system, solver, guess, problem, factor, reuse=True)
         if found.status != OK:
             found = plus(found, correct_from_afar(system, solver, begin, problem))
-    a = acceleration(found.q)
+    a = (found.q - drift) / (beta * dt**2)
     return _taken(system, state, dt, found, coast + dt * gamma * a, a, force, meeting)
 
 

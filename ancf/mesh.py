@@ -113,12 +113,15 @@ class Mesh:
 
     def orientation(self, vectors: np.ndarray) -> np.ndarray:
         """det (r_x, r_y, r_z) at each node for nodal vectors (v, 3)."""
-        return np.linalg.det(vectors[self._frames])
+        r_x, r_y, r_z = vectors.take(self._frames, axis=0)
+        (x, y, z), (X, Y, Z) = r_x.T, r_y.T
+        n_x, n_y, n_z = y * Z - z * Y, z * X - x * Z, x * Y - y * X
+        return n_x * r_z[:, 0] + n_y * r_z[:, 1] + n_z * r_z[:, 2]
 
     @cached_property
     def _frames(self) -> np.ndarray:
-        """Numbers (n, 3) of r_x, r_y, r_z at each node."""
-        return np.stack([np.flatnonzero(self.kinds == kind) for kind in ("r_x", "r_y", "r_z")], axis=1)
+        """Numbers (3, n) of r_x, r_y, r_z at each node."""
+        return np.stack([np.flatnonzero(self.kinds == kind) for kind in ("r_x", "r_y", "r_z")])
 
     def edges_of(self, element: int) -> tuple[str, ...]:
         """The edges x0, x1, y0, y1 of the plate that an element lies on."""

@@ -24,6 +24,7 @@ class Pairs:
 
     weight (m,): 1/2 where i = k, else 1. crossed: number of pairs with i < k, which come first.
     moving (m1,): the pairs without function 0; moving_crossed: number of those with i < k, again first.
+    grams (m1,): their places n i + k in a Gram matrix (n, n).
     """
 
     first: np.ndarray
@@ -33,6 +34,7 @@ class Pairs:
     crossed: int
     moving: np.ndarray
     moving_crossed: int
+    grams: np.ndarray
 
 
 @lru_cache(maxsize=8)
@@ -44,7 +46,8 @@ def pairs(n: int) -> Pairs:
     of[first, second] = of[second, first] = np.arange(len(first))
     crossed, moving = len(off[0]), np.flatnonzero(first)
     weight = np.where(first == second, 0.5, 1.0)
-    return Pairs(first, second, of, weight, crossed, moving, int((moving < crossed).sum()))
+    grams = (first * n + second)[moving]
+    return Pairs(first, second, of, weight, crossed, moving, int((moving < crossed).sum()), grams)
 
 
 def element_order(form_of: np.ndarray, image_of: np.ndarray) -> np.ndarray:

@@ -44,7 +44,7 @@ class Product(NamedTuple):
 
     def compute(self) -> None:
         """Fill `out`."""
-        np.matmul(self.vectors, self.tensors, out=self.out)
+        np.matmul(*self)
 
 
 def products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.ndarray, out: np.ndarray):
@@ -68,10 +68,11 @@ def products(runs: list[tuple[slice, slice]], vectors: np.ndarray, tensors: np.n
 
 
 class Flipped(NamedTuple):
-    """A run of a portion's elements that are images of their form with other signs: those of the entries of packed
-    tangents, upper (6 x 136,) and lower (3 x 120,)."""
+    """A run of a portion's elements that are images of their form with other signs: those of the entries of their nodal
+    vectors (3 i,) and of their packed tangents, upper (6 x 136,) and lower (3 x 120,)."""
 
     e: slice
+    nodal: np.ndarray
     upper: np.ndarray
     lower: np.ndarray
 
@@ -84,5 +85,12 @@ def flipped(signs: np.ndarray) -> list[Flipped]:
         own = signs[start]
         if own.min() < 0:
             of_pairs = own[pair.first] * own[pair.second]
-            runs.append(Flipped(slice(start, stop), np.tile(of_pairs, 6), np.tile(of_pairs[: pair.crossed], 3)))
+            tangent = np.tile(of_pairs, 6), np.tile(of_pairs[: pair.crossed], 3)
+            runs.append(Flipped(slice(start, stop), np.repeat(own, 3), *tangent))
     return runs
+
+
+def turn(array: np.ndarray, e: slice, signs: np.ndarray) -> None:
+    """Multiply the entries of each of the elements `e` by signs, in place: rows as long as all of them are fast."""
+    own = array[e].reshape(-1, len(signs))
+    own *= signs

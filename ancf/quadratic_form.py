@@ -25,9 +25,10 @@ all 136 and 120 come out.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import lapack
@@ -35,7 +36,10 @@ from scipy.linalg import lapack
 from ancf.element import Integrand, Terms
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import DIRECTIONS, PORTION, SPAN, Pairs, pairs
-from ancf.products import Flipped, Product, flipped, products, runs_of
+from ancf.products import Flipped, Product, flipped, products, runs_of, turn
+
+if TYPE_CHECKING:
+    from ancf.parity import Split
 
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
@@ -64,7 +68,7 @@ def quadratic_form(
     """
     n = parts.G.shape[1]
     pair, (straight, swapped) = pairs(n), _exchanged(n)
-    A = _integrate(parts, material, pair)
+    A = integrate(parts, material, pair)
     weight = pair.weight[pair.moving, None]
     straight, swapped = A.take(straight), A.take(swapped)
     odd = (straight - swapped)[: pair.moving_crossed, : pair.crossed]
@@ -89,20 +93,26 @@ def _exchanged(n: int) -> tuple[np.ndarray, np.ndarray]:
     return one * m + pair.of[k, pair.second], other * m + pair.of[k, pair.first]
 
 
-def _integrate(parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs) -> np.ndarray:
+def integrate(
+    parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs | Split, blocks: Sequence[slice] = (slice(None),)
+) -> np.ndarray:
     """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.enhanced`) and C = L L^T,
 
     A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV), rows by component and point.
+
+    blocks: the pairs that are coupled, those of one slice with each other; the rest of A is zero.
     """
     C = material.tangent(np.zeros((3, 3)))
     L_t = np.linalg.cholesky([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]).T
-    X = _rows(L_t, _strain_of_pairs(parts, pair))
-    A = X.T @ X
+    X, A = _rows(L_t, _strain_of_pairs(parts, pair)), np.zeros(2 * (len(pair.first),))
+    for block in blocks:
+        A[block, block] = X[:, block].T @ X[:, block]
     if parts.M.shape[-1]:
         M = np.stack([parts.M[:, p, r] * (1.0 if p == r else 2.0) for p, r in VOIGT])
         LM = _rows(L_t, M * np.sqrt(parts.volume)[:, None])
         Y, _ = lapack.dtrtrs(np.linalg.cholesky(LM.T @ LM), LM.T @ X, lower=1)
-        A -= Y.T @ Y
+        for block in blocks:
+            A[block, block] -= Y[:, block].T @ Y[:, block]
     return A
 
 
@@ -111,7 +121,7 @@ def _rows(L_t: np.ndarray, strain: np.ndarray) -> np.ndarray:
     return (L_t @ strain.reshape(6, -1)).reshape(-1, strain.shape[2])
 
 
-def _strain_of_pairs(parts: Integrand, pair: Pairs) -> np.ndarray:
+def _strain_of_pairs(parts: Integrand, pair: Pairs | Split) -> np.ndarray:
     """E_pr sqrt(dV) (6, q, m), symmetrised in each pair, E_pr + E_rp for p < r."""
     G = np.ascontiguousarray((parts.G * parts.volume[:, None, None] ** 0.25).transpose(2, 0, 1))
     first, second = G.take(pair.first, axis=2), G.take(pair.second, axis=2)
@@ -136,7 +146,7 @@ class Portion:
 
     stress: D to P. tangent: even and odd to their parts of the tangent. packed: tangents of the whole span;
     upper (e, 6, 136) and lower (e, 3, 120) are this portion's part. flipped: the runs of elements that have other
-    signs than their form; signs (e, i, 1): of all, where there are any.
+    signs than their form.
     """
 
     e: slice
@@ -148,7 +158,6 @@ class Portion:
     upper: np.ndarray
     lower: np.ndarray
     flipped: list[Flipped]
-    signs: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +178,7 @@ class QuadraticElements:
     signs: np.ndarray
     positions: tuple[int, ...]
 
-    @property
+    @cached_property
     def functions(self) -> int:
         """Number of functions of an element."""
         return self.signs.shape[1]
@@ -198,8 +207,8 @@ class QuadraticElements:
             work = portion.work
             P = work["P"].take(of, axis=1, out=work["gram"].reshape(-1, n * n), mode="clip")
             own = np.matmul(P.reshape(-1, n, n), work["Q"], out=force[portion.e])
-            if portion.flipped:
-                own *= portion.signs
+            for run in portion.flipped:
+                turn(own, run.e, run.nodal)
         return force
 
     def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
@@ -213,40 +222,45 @@ class QuadraticElements:
     def _stress(self, Q: np.ndarray, portion: Portion, more: Terms = ()) -> None:
         """Fill Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
         n, pair, work = self.functions, pairs(self.functions), portion.work
-        own, D, gram = work["Q"], work["D"], work["gram"]
+        own, D, gram, at = work["Q"], work["D"], work["gram"], self._at
+        if at is not None and not more and (at == Q).all():
+            return
         self._own(Q, portion, own)
         np.matmul(own, own.swapaxes(1, 2), out=gram)
         for c, X in more:
             other = self._own(X, portion, np.empty_like(own))
             gram += c * (other @ other.swapaxes(1, 2))
-        gram.reshape(-1, n * n).take((pair.first * n + pair.second)[pair.moving], axis=1, out=D, mode="clip")
+        gram.reshape(-1, n * n).take(pair.grams, axis=1, out=D, mode="clip")
         D -= portion.D0
         for product in portion.stress:
             product.compute()
+        if at is not None:
+            np.copyto(at, np.nan if more else Q)
+
+    @cached_property
+    def _at(self) -> np.ndarray | None:
+        """Where a single portion's D and P were last computed (e, i, 3), so that a tangent or an energy there is spared
+        them; not a number where they are of nowhere. None where portions share their work arrays."""
+        return np.full((*self.signs.shape, 3), np.nan) if len(self._portions) == 1 else None
 
     def _own(self, Q: np.ndarray, portion: Portion, out: np.ndarray) -> np.ndarray:
         """Fill out with a portion's nodal vectors as their forms know them, from the first node."""
         np.copyto(out, Q[portion.e])
         out[:, self._places] -= out[:, :1]
-        if portion.flipped:
-            out *= portion.signs
+        for run in portion.flipped:
+            turn(out, run.e, run.nodal)
         return out
 
     def _tangent(self, portion: Portion) -> None:
         """Fill the packed tangents of one portion from its Q and P; D is overwritten."""
         pair, work = pairs(self.functions), portion.work
+        if self._at is not None:
+            self._at.fill(np.nan)
         c, moving_c = pair.crossed, pair.moving_crossed
         rows = np.ascontiguousarray(work["Q"].swapaxes(1, 2))
-        left = rows.take(pair.first[pair.moving], axis=2, out=work["left"], mode="clip")
-        right = rows.take(pair.second[pair.moving], axis=2, out=work["right"], mode="clip")
-        even, odd, swapped = work["even"], work["odd"], work["D"]
-        np.multiply(left, right, out=even[:, :3])
-        even[:, :3] *= 2.0
-        for k, (a, b) in enumerate(DIRECTIONS[3:]):
-            np.multiply(left[:, a], right[:, b], out=even[:, 3 + k])
-            np.multiply(right[:, a], left[:, b], out=swapped)
-            np.subtract(even[:, 3 + k, :moving_c], swapped[:, :moving_c], out=odd[:, k])
-            even[:, 3 + k] += swapped
+        rows.take(pair.first[pair.moving], axis=2, out=work["left"], mode="clip")
+        rows.take(pair.second[pair.moving], axis=2, out=work["right"], mode="clip")
+        gram_products(work, moving_c, work["D"])
         upper, lower, odd_part = portion.upper, portion.lower, work["odd part"]
         for product in portion.tangent:
             product.compute()
@@ -254,9 +268,8 @@ class QuadraticElements:
         np.subtract(upper[:, 3:, :c], odd_part, out=lower)
         upper[:, 3:, :c] += odd_part
         for run in portion.flipped:
-            for part, signs in ((upper, run.upper), (lower, run.lower)):
-                own = part[run.e].reshape(-1, len(signs))  # a view: long rows are faster
-                own *= signs
+            turn(upper, run.e, run.upper)
+            turn(lower, run.e, run.lower)
 
     @cached_property
     def _places(self) -> slice:
@@ -283,10 +296,22 @@ class QuadraticElements:
             stress = products(runs, arrays["D"], self.stress, arrays["P"])
             tangent = products(runs, arrays["even"], self.symmetric, upper)
             tangent += products(runs, arrays["odd"], self.antisymmetric, arrays["odd part"])
-            signs = self.signs[e]
-            parts = span, upper, lower, flipped(signs), signs[..., None]
+            parts = span, upper, lower, flipped(self.signs[e])
             portions.append(Portion(e, self.D0[forms], arrays, stress, tangent, *parts))
         return portions
+
+
+def gram_products(work: dict[str, np.ndarray], crossed: int, beside: np.ndarray) -> None:
+    """Fill even (e, 6, m), Q_ja Q_nb + Q_na Q_jb of each pair (j, n) and each of DIRECTIONS, and odd (e, 3, crossed),
+    the difference for a < b and j < n, from left and right (e, 3, m), Q_ja and Q_na. beside (e, m) is overwritten."""
+    left, right, even, odd = (work[name] for name in ("left", "right", "even", "odd"))
+    np.multiply(left, right, out=even[:, :3])
+    even[:, :3] *= 2.0
+    for k, (a, b) in enumerate(DIRECTIONS[3:]):
+        np.multiply(left[:, a], right[:, b], out=even[:, 3 + k])
+        np.multiply(right[:, a], left[:, b], out=beside)
+        np.subtract(even[:, 3 + k, :crossed], beside[:, :crossed], out=odd[:, k])
+        even[:, 3 + k] += beside
 
 
 def _work(e: int, n: int) -> dict[str, np.ndarray]:

@@ -11,6 +11,7 @@ y = 0, x = a, y = b, x = 0.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -89,23 +90,30 @@ class Plate:
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
         """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b), also (q,)."""
         x, y, z = np.asarray(points, dtype=float).T
-        hermite = _hermite(x, size[0]), _hermite(y, size[1])
-        linear = _linear(x, size[0]), _linear(y, size[1])
-        functions = []
-        for c, d in CORNERS:
-            if self.blended:
-                functions += _blended(hermite, linear, c, d)
-            else:
-                factors = [(2 * c, 2 * d), (2 * c + 1, 2 * d), (2 * c, 2 * d + 1), (2 * c + 1, 2 * d + 1)]
-                functions += [_in_plane(*hermite, m, n) for m, n in factors[: len(self.node_kinds) - 1]]
-            functions.append(_through_thickness(*linear, c, d, z))
-        if self.edges:
-            bubble = _bubble(x, size[0]), _bubble(y, size[1])
-            for axis, (c, d) in EDGES:
-                pair = (bubble[0], linear[1], 0, d) if axis == 0 else (linear[0], bubble[1], c, 0)
-                functions.append(_through_thickness(*pair, z))
-        S, *S_p = np.array(functions).transpose(1, 2, 0)
-        return ShapeValues(S, np.stack(S_p, axis=2))
+        (f, f_x), (g, g_y), (h, h_z) = _along(x, size[0]), _along(y, size[1]), _through(z)
+        m, n, k = _factors(self)
+        f, g, h = f[m], g[n], h[k]
+        parts = (
+            self._sums(f * g * h),
+            self._sums(f_x[m] * g * h),
+            self._sums(f * g_y[n] * h),
+            self._sums(f * g * h_z[k]),
+        )
+        return ShapeValues(parts[0].T, np.stack([part.T for part in parts[1:]], axis=2))
+
+    def values(self, points: np.ndarray, size: tuple[float, float]) -> np.ndarray:
+        """The functions S (q, i) of `evaluate` alone."""
+        x, y, z = np.asarray(points, dtype=float).T
+        m, n, k = _factors(self)
+        return self._sums(_along(x, size[0])[0][m] * _along(y, size[1])[0][n] * _through(z)[0][k]).T
+
+    def _sums(self, products: np.ndarray) -> np.ndarray:
+        """Functions (i, q) of the products of `_factors`."""
+        if not self.blended:
+            return products
+        own, more = products[: len(self.kinds)], products[len(self.kinds) :]
+        own[list(self.positions)] += more[::2] - more[1::2]
+        return own
 
 
 @dataclass(frozen=True)
@@ -130,44 +138,46 @@ class Wider:
         return self.base.layer
 
 
-def _in_plane(f: np.ndarray, g: np.ndarray, m: int, n: int) -> tuple[np.ndarray, ...]:
-    """Product f_m(x) g_n(y) and its derivatives by x, y, z, each (q,); f and g (2, n, q) are values and slopes."""
-    (f, f_x), (g, g_y) = f, g
-    return f[m] * g[n], f_x[m] * g[n], f[m] * g_y[n], np.zeros_like(f[m])
+LINEAR, BUBBLE = 4, 6  # where they begin in `_along`
 
 
-def _blended(hermite, linear, c: int, d: int) -> list[tuple[np.ndarray, ...]]:
-    """Functions of r, r_x and r_y of the corner (c, d) of a blended mid-surface, with their derivatives."""
-    along_x, along_y = (hermite[0], linear[1]), (linear[0], hermite[1])
-    position = (_in_plane(*along_x, 2 * c, d), _in_plane(*along_y, c, 2 * d), _in_plane(*linear, c, d))
-    r = tuple(x + y - both for x, y, both in zip(*position, strict=True))
-    return [r, _in_plane(*along_x, 2 * c + 1, d), _in_plane(*along_y, c, 2 * d + 1)]
+@lru_cache(maxsize=8)
+def _factors(shape: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Each function's factors along x and y, numbers in `_along`, and z, numbers in `_through` (i,).
+
+    After them, where the mid-surface is blended, the other two products of each position's function (8,).
+    """
+    found, more = [], []
+    for c, d in CORNERS:
+        H, L = (2 * c, 2 * d), (LINEAR + c, LINEAR + d)
+        if shape.blended:
+            found += [(H[0], L[1], 0), (H[0] + 1, L[1], 0), (L[0], H[1] + 1, 0)]
+            more += [(L[0], H[1], 0), (*L, 0)]
+        else:
+            both = [H, (H[0] + 1, H[1]), (H[0], H[1] + 1), (H[0] + 1, H[1] + 1)]
+            found += [(*pair, 0) for pair in both[: len(shape.node_kinds) - 1]]
+        found.append((*L, 1))
+    if shape.edges:
+        found += [(BUBBLE, LINEAR + d, 1) if axis == 0 else (LINEAR + c, BUBBLE, 1) for axis, (c, d) in EDGES]
+    return tuple(np.array(found + more).T)
 
 
-def _through_thickness(f: np.ndarray, g: np.ndarray, m: int, n: int, z: np.ndarray) -> tuple[np.ndarray, ...]:
-    """z f_m(x) g_n(y) and its derivatives by x, y, z."""
-    value, by_x, by_y, _ = _in_plane(f, g, m, n)
-    return z * value, z * by_x, z * by_y, value
-
-
-def _hermite(x: np.ndarray, a: float) -> np.ndarray:
-    """Cubic Hermite polynomials H1..H4 on [0, a] and their slopes (2, 4, q): value, slope at 0 and at a."""
+def _along(x: np.ndarray, a: float) -> tuple[np.ndarray, np.ndarray]:
+    """Functions on [0, a] and their slopes (7, q): cubic Hermite polynomials H1..H4, value and slope at 0 and at a,
+    linear interpolation L1, L2, and the parabola 4 s (1 - s)."""
     s = x / a
-    values = [1 - 3 * s**2 + 2 * s**3, a * (s - 2 * s**2 + s**3), 3 * s**2 - 2 * s**3, a * (s**3 - s**2)]
-    slopes = [(6 * s**2 - 6 * s) / a, 1 - 4 * s + 3 * s**2, (6 * s - 6 * s**2) / a, 3 * s**2 - 2 * s]
-    return np.array([values, slopes])
+    t, s2, one = 1 - s, s * s, np.ones_like(s)
+    H3, H4 = s2 * (3 - 2 * s), a * s2 * -t
+    values = [1 - H3, a * s * t * t, H3, H4, t, s, 4 * s * t]
+    slope = 6 * s * t / a
+    slopes = [-slope, t * (1 - 3 * s), slope, s * (3 * s - 2), -one / a, one / a, 4 * (1 - 2 * s) / a]
+    return np.array(values), np.array(slopes)
 
 
-def _linear(x: np.ndarray, a: float) -> np.ndarray:
-    """Linear interpolation on [0, a] and its slopes (2, 2, q)."""
-    s = x / a
-    return np.array([[1 - s, s], [np.full_like(s, -1 / a), np.full_like(s, 1 / a)]])
-
-
-def _bubble(x: np.ndarray, a: float) -> np.ndarray:
-    """The parabola 4 s (1 - s) on [0, a] and its slope (2, 1, q)."""
-    s = x / a
-    return np.array([[4 * s * (1 - s)], [4 * (1 - 2 * s) / a]])
+def _through(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """1 and z, and their slopes (2, q)."""
+    one = np.ones_like(z)
+    return np.array([one, z]), np.array([0 * one, one])
 
 
 CONFORMING = Plate("conforming", twist=False, edges=False)

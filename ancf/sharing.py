@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ancf.feature import Feature, has_images, relevant
-from ancf.image import Image, images
+from ancf.image import ALONG_X, ALONG_Y, Image, images
 from ancf.mesh import Mesh
+from ancf.parity import FLAT, NONE, Mirrors
 from ancf.quadratic_form import from_first_node
 from ancf.subdomain import imaged
 
@@ -20,13 +21,15 @@ DIGITS = 11  # of the largest entry, in which two Gram matrices agree
 class Sharing:
     """Form (e,) of each element, the first element (g,) of each form, and the image of the element that this form is.
 
-    image_of (e,): number in `images`, 0 for an element that has the form as it is.
+    image_of (e,): number in `images`, 0 for an element that has the form as it is. mirrors (g,): those in which each
+    form is its own image.
     """
 
     form_of: np.ndarray
     first: np.ndarray
     image_of: np.ndarray
     images: tuple[Image, ...]
+    mirrors: tuple[Mirrors, ...]
 
     def vectors(self, mesh: Mesh, e: int) -> np.ndarray:
         """Nodal vectors (i,) of an element in the order of its form."""
@@ -80,7 +83,18 @@ def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own:
                 break
         met.add(sizes[e])
         form_of[e] = number.setdefault(key, len(number)) if found is None else found
-    return Sharing(form_of, np.unique(form_of, return_index=True)[1], image_of, own)
+    first = np.unique(form_of, return_index=True)[1]
+    upright = [kind in FLAT for kind in mesh.shape.kinds]
+
+    def mirrors(e: int) -> Mirrors:
+        seen = relevant(mesh.cells[e], bands)
+        if not own or e in mesh.special or not all(map(has_images, seen)):
+            return NONE
+        along = (shape_key(e, seen, own[k]) == shape_key(e, seen, None) for k in (ALONG_X, ALONG_Y))
+        is_level = not any(band.section for band in seen)
+        return *along, is_level and not np.round(grams[e][upright][:, np.invert(upright)] / unit, DIGITS).any()
+
+    return Sharing(form_of, first, image_of, own, tuple(map(mirrors, first.tolist())))
 
 
 def _sizes(vectors: np.ndarray, positions: tuple[int, ...]) -> list[float]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from ancf.assembly import Assembly, MixedAssembly, assembly, couple, entry_keys, mixed_assembly, on_pattern
+from ancf.assembly import Assembly, MixedAssembly, assembly, couple, mixed_assembly, on_pattern
 from ancf.element import Integrand, PointElements, Terms, integrand, mass, signed
 from ancf.free_edge import strips
 from ancf.layer import wall_strips
@@ -19,9 +19,11 @@ from ancf.loads import EdgeMoment, Load
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.packing import element_order, pairs
+from ancf.parity import Mirrors
 from ancf.pressure import FollowerPressure
 from ancf.quadratic_form import QuadraticElements, quadratic_form
 from ancf.sharing import Sharing, possible, sharing, sides
+from ancf.split_form import SplitFormElements, is_split, split_form
 from ancf.subdomain import Feature, element_rule
 
 if TYPE_CHECKING:
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
     from ancf.hyperelastic import HyperelasticElements, SplitElements
     from ancf.rim import Rim
 
-    Elements = QuadraticElements | PointElements | HyperelasticElements | SplitElements
+    Elements = QuadraticElements | SplitFormElements | PointElements | HyperelasticElements | SplitElements
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
 DENSE = 150  # nodal vectors: then all of the mass matrix is multiplied in the time a sparse product takes to begin
@@ -86,7 +88,7 @@ class Body:
     round_off: float
     round_off_r_z: float
 
-    @property
+    @cached_property
     def total_mass(self) -> float:
         """Mass of the kept material in kg."""
         return float(self.mass_row[self.mesh.kinds == "r"].sum())
@@ -143,10 +145,15 @@ class System:
             total += load.factor(t) * load.force
         return total
 
+    @property
+    def following(self) -> tuple[EdgeMoment | FollowerPressure, ...]:
+        """The loads that follow the motion."""
+        return *self.moments, *self.pressures
+
     def following_total(self, q: np.ndarray, t: float) -> np.ndarray:
         """Loads that follow the motion (3 v,) at time t: moments that turn with their edges, follower pressures."""
         total = np.zeros_like(q)
-        for load in (*self.moments, *self.pressures):
+        for load in self.following:
             total += load.force(q, t)
         return total
 
@@ -200,8 +207,13 @@ class System:
         Measured on plates, strips, cylinders and spheres of 4 to 1,024 elements, 20 to 25,000 times as long as
         thick, Newton ends at 0.02 to 0.5 of this.
         """
-        positions = np.abs(q.reshape(-1, 3)[self.body.mesh.kinds == "r"])
-        return self.body.round_off * float(positions.max()) + self.body.round_off_r_z
+        largest = float(np.abs(q.take(self._positions)).max())
+        return self.body.round_off * largest + self.body.round_off_r_z
+
+    @cached_property
+    def _positions(self) -> np.ndarray:
+        """Components of positions among all (3 r,)."""
+        return np.flatnonzero(np.repeat(self.body.mesh.kinds == "r", 3))
 
     def is_inverted(self, q: np.ndarray) -> bool:
         """Whether r_x, r_y, r_z have lost their orientation at a node: the solution is then no deformation."""
@@ -210,7 +222,7 @@ class System:
     def energies(self, q: np.ndarray, v: np.ndarray) -> tuple[float, float]:
         """Kinetic and strain energy in J."""
         v = v.reshape(-1, 3)
-        kinetic = 0.5 * float(np.sum(v * (self.body.mass @ v)))
+        kinetic = 0.5 * float(np.vdot(v, self._mass @ v))
         if self.rim is not None:
             kinetic += self.rim.mass / 2 * float(np.sum((self.rim.row @ v) ** 2))
         return kinetic, self.body.elements.energy(self.assembly.gather(q))
@@ -280,7 +292,7 @@ class _Group(NamedTuple):
     """Elements of equally many functions in their order: Integrand of each form, and by element form (e,),
     connectivity (e, i) in the order of its form, and signs (e, i): see `ancf.image`.
 
-    own (g,): which of all forms these are.
+    own (g,): which of all forms these are; mirrors (g,): those of each, see `ancf.parity`.
     """
 
     parts: list[Integrand]
@@ -288,6 +300,7 @@ class _Group(NamedTuple):
     connectivity: np.ndarray
     signs: np.ndarray
     own: np.ndarray
+    mirrors: list[Mirrors]
 
 
 def _part(
@@ -306,7 +319,8 @@ def _group(mesh: Mesh, parts: Sequence[Integrand], shared: Sharing, own: np.ndar
     connectivity = np.stack([shared.vectors(mesh, e) for e in members])
     signs = np.stack([shared.signs(e, connectivity.shape[1]) for e in members])
     form_of, kept = (np.cumsum(own) - 1)[shared.form_of[members]], np.flatnonzero(own)
-    return _Group([parts[g] for g in kept], form_of, connectivity, signs, kept)
+    mirrors = [shared.mirrors[g] for g in kept]
+    return _Group([parts[g] for g in kept], form_of, connectivity, signs, kept, mirrors)
 
 
 def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwise: bool) -> Elements:
@@ -316,6 +330,10 @@ def _elements(group: _Group, mesh: Mesh, material: SaintVenantKirchhoff, pointwi
         return PointElements(tuple(parts[kind] for kind in kinds), material)
     first = np.unique(group.form_of, return_index=True)[1]
     reference = group.signs[first, :, None] * mesh.vectors[group.connectivity[first]]
+    if is_split(mesh.shape, [group.mirrors[g] for g in group.form_of]):
+        several = zip(group.parts, reference, group.mirrors, strict=True)
+        forms = tuple(split_form(part, material, Q, mesh.shape, mirrors) for part, Q, mirrors in several)
+        return SplitFormElements(forms, group.form_of, group.signs, mesh.shape)
     return _pre_integrated(group, material, reference, mesh)
 
 
@@ -361,7 +379,7 @@ def _pre_integrated(group: _Group, material: SaintVenantKirchhoff, vectors: np.n
 
 def _mass_matrix(group: _Group, vectors: int, density: float) -> sp.csr_matrix:
     """Scalar mass matrix (v, v) in kg."""
-    parts, form_of, connectivity, signs, _ = group
+    parts, form_of, connectivity, signs = group[:4]
     values = np.stack([mass(part, density) for part in parts])[form_of] * signs[:, :, None] * signs[:, None, :]
     rows, columns = np.broadcast_arrays(connectivity[:, :, None], connectivity[:, None, :])
     return sp.csr_matrix((values.ravel(), (rows.ravel(), columns.ravel())), shape=(vectors, vectors))
@@ -416,11 +434,12 @@ def system(
     return System(plate, sums, tuple(loads), values, lengths, tuple(moments), tuple(pressures), rim=rim)
 
 
-def _on_pattern(scalar: sp.csr_matrix, sums: Assembly) -> np.ndarray:
+def _on_pattern(scalar: sp.csr_matrix, sums: Assembly | MixedAssembly) -> np.ndarray:
     """Values (nnz,) of the mass matrix, scalar x 1, on the pattern of the tangent."""
-    full = sp.kron(scalar, sp.eye_array(3), format="csc")[sums.free][:, sums.free]
-    lower = sp.tril(full, format="csc")
-    lower.sort_indices()
+    scalar = scalar.tocoo()
+    row, column = (sums.unknown_of.reshape(-1, 3)[place] for place in (scalar.row, scalar.col))
+    lower = (row >= column) & (column >= 0)
+    keys = column[lower].astype(np.int64) * len(sums.free) + row[lower]
     values = np.zeros(len(sums.pattern.indices))
-    values[np.searchsorted(sums.pattern.keys, entry_keys(lower.indptr, lower.indices))] = lower.data
+    values[np.searchsorted(sums.pattern.keys, keys)] = np.repeat(scalar.data[:, None], 3, axis=1)[lower]
     return values

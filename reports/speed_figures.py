@@ -201,10 +201,32 @@ def _cost_figures(found: Found) -> list[Figure]:
     ccx = label.format(1, "CalculiX")
     return [
         judged,
+        _bound_figure(found["one_percent"], found["kernels"].get("product_gflops")),
         stated("cost_ratio_1_percent_calculix", ccx, theirs, "", against=cross, note=theirs_why),
         _own_steps_figure(found["own_steps"], curves),
         stated("cost_ratio_0.1_percent", label.format(0.1, "reference"), tenth, "", against=against, note=tenth_why),
     ]
+
+
+def _bound_figure(runs: Sequence[Measured], gflops: float | None) -> Figure:
+    """The ratio that would be left if ANCF's run to 1 % were nothing but its products, factors and solutions."""
+    ratio, words = None, "CPU of the reference's first level within 1 % over that of the linear algebra of ANCF's"
+    if runs and gflops and all(run.ok for run in runs):
+        ours, solid = runs
+        theirs, setup, gflop = solid.get("cpu_seconds"), ours.get("setup_seconds"), ours.get("gflop")
+        least = sum(number for part, number in gflop.items() if part != "set-up") / gflops
+        called = sum(ours.get("bare").values())
+        ratio = theirs / least
+        words += (
+            f": {1e3 * least:.2g} ms if all of it ran at the {gflops:.0f} GFlop/s of a large matrix product here. "
+            f"Called through NumPy and LAPACK with nothing between it takes {1e3 * called:.2g} ms, which leaves "
+            f"{theirs / called:.3g}; with the present set-up of {1e3 * setup:.2g} ms, {theirs / (called + setup):.3g}; "
+            f"as measured, {theirs / ours.get('cpu_seconds'):.3g}."
+        )
+    label = "Cost to 1 %: greatest ratio that this element, mesh and steps admit"
+    against = "operations of the products, factors and solutions at the speed of a BLAS product in this run"
+    note = _note(runs[0] if runs else None, words)
+    return stated("cost_ratio_1_percent_bound", label, ratio, "", against=against, note=note)
 
 
 def _own_steps_figure(measured: Measured | None, curves: Curves) -> Figure:

@@ -9,6 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from ancf.linear_solver import LinearSolver
+from ancf.parity import basis
+from ancf.split_form import SplitFormElements
+from reports.timing import least
+
 PARTS = ("force", "tangent", "factor", "solve", "inertia", "energies", "picture")
 
 
@@ -16,7 +21,6 @@ PARTS = ("force", "tangent", "factor", "solve", "inertia", "energies", "picture"
 def clocked() -> Iterator[tuple[dict[str, float], dict[str, int]]]:
     """CPU seconds and calls by part of what ANCF solves inside; the clocks cost about 2 microseconds a call."""
     import ancf.run
-    from ancf.linear_solver import LinearSolver
     from ancf.system import System
 
     spent, calls = dict.fromkeys(PARTS, 0.0), dict.fromkeys(PARTS, 0)
@@ -45,17 +49,19 @@ def clocked() -> Iterator[tuple[dict[str, float], dict[str, int]]]:
 
 
 @contextmanager
-def integrated() -> Iterator[list[tuple[int, int, int]]]:
-    """Points, pairs of functions and enhanced strains of every form that is integrated meanwhile."""
+def integrated() -> Iterator[list[tuple[int, list[int], int]]]:
+    """Points, pairs of functions in each block and enhanced strains of every form that is integrated meanwhile."""
     import ancf.quadratic_form
+    import ancf.split_form
 
-    forms, integrate = [], ancf.quadratic_form._integrate
+    forms, integrate = [], ancf.quadratic_form.integrate
 
-    def call(parts, material, pair):
-        forms.append((len(parts.volume), len(pair.first), parts.M.shape[-1]))
-        return integrate(parts, material, pair)
+    def call(parts, material, pair, blocks=(slice(None),)):
+        sizes = [len(pair.first[block]) for block in blocks]
+        forms.append((len(parts.volume), sizes, parts.M.shape[-1]))
+        return integrate(parts, material, pair, blocks)
 
-    with _replaced({(ancf.quadratic_form, "_integrate"): call}):
+    with _replaced({(module, "integrate"): call for module in (ancf.quadratic_form, ancf.split_form)}):
         yield forms
 
 
@@ -72,26 +78,53 @@ def _replaced(functions: dict[tuple[Any, str], Callable]) -> Iterator[None]:
             setattr(*place, function)
 
 
-def operations(system, calls: dict[str, int], forms: list[tuple[int, int, int]]) -> dict[str, float]:
+def operations(system, calls: dict[str, int], forms: list[tuple[int, list[int], int]]) -> dict[str, float]:
     """10^9 additions and multiplications of the matrix products of each part of a run.
 
     Set-up: half of X^T X and Y^T Y, which are symmetric, and M^T X of every form (see `ancf.quadratic_form`). Forces,
-    tangents and energies: the products of the pre-integrated tensors. Banded factors: n k^2, solutions 4 n k.
+    tangents and energies: the products with the pre-integrated tensors, and T^T K T where they are split by parity;
+    the stress counts once where a tangent or an energy follows a force. Banded factors: n k^2, solutions 4 n k.
     """
-    from ancf.linear_solver import LinearSolver
-
     elements, solver = system.body.elements, LinearSolver(system.assembly.pattern)
-    stress, even, odd = (2 * np.prod(getattr(elements, name).shape[1:]) for name in ("stress", *TANGENT))
-    count, n, k = len(elements.form_of), system.unknowns, solver.bandwidth
+    stress, tangent = (_of_products(elements, name) for name in ("stress", "tangent"))
+    if isinstance(elements, SplitFormElements):
+        (m, n), count = basis(elements.shape).T.shape, len(elements.form_of)
+        tangent += count * 12 * m * n * (m + n)
+    n, k, single = system.unknowns, solver.bandwidth, len(elements._portions) == 1
+    again = 0 if single else stress
     found = {
-        "set-up": sum(6 * q * m * (m + 1) + 12 * q * m * modes + modes * m * (m + 1) for q, m, modes in forms),
-        "force": calls["force"] * count * stress,
-        "tangent": calls["tangent"] * count * (stress + 6 * even + 3 * odd),
-        "energies": calls["energies"] * count * stress,
+        "set-up": sum(map(_integration, forms)),
+        "force": calls["force"] * stress,
+        "tangent": calls["tangent"] * (again + tangent),
+        "energies": calls["energies"] * again,
         "factor": calls["factor"] * n * k**2,
         "solve": calls["solve"] * 4 * n * k,
     }
     return {part: 1e-9 * float(number) for part, number in found.items()}
 
 
-TANGENT = ("symmetric", "antisymmetric")
+def bare(system, q: np.ndarray, calls: dict[str, int], repeats: int = 50) -> dict[str, float]:
+    """CPU seconds of the same products with tensors, factors and solutions, called by NumPy and LAPACK with nothing
+    between them and their data in the cache: calls by part, times the least of `repeats`, at the state q."""
+    solver, elements = LinearSolver(system.assembly.pattern), system.body.elements
+    stiff = system.tangent(q) + q.size * system.mass_values
+    solve, residual = solver.factorise(stiff), system.force_internal(q)
+    factor = least(lambda: solver.factorise(stiff), repeats)
+    found = {"factor": calls["factor"] * factor, "solve": calls["solve"] * least(lambda: solve(residual), repeats)}
+    for part, name in (("force", "stress"), ("tangent", "tangent")):
+        products = [product for portion in elements._portions for product in getattr(portion, name)]
+        found[part] = calls[part] * least(lambda own=products: [np.matmul(*product) for product in own], repeats)
+    return found
+
+
+def _of_products(elements, name: str) -> int:
+    """Operations of all portions' products for the stress or the tangent."""
+    products = (product for portion in elements._portions for product in getattr(portion, name))
+    return sum(2 * out.size * vectors.shape[-1] for vectors, _, out in products)
+
+
+def _integration(form: tuple[int, list[int], int]) -> int:
+    """Operations that integrate one form, see `integrated`."""
+    points, blocks, modes = form
+    symmetric = sum(m * (m + 1) for m in blocks)
+    return (6 * points + modes) * symmetric + 12 * points * sum(blocks) * modes

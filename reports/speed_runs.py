@@ -16,7 +16,7 @@ from compare import study
 from compare.external import calculix, exudyn
 from compare.scene import AncfLevel, ReferenceLevel, Scene, load
 from compare.table import height
-from reports.speed_profile import clocked, integrated, operations
+from reports.speed_profile import bare, clocked, integrated, operations
 from reports.timing import least
 
 EXACT = [7, 7, 3]
@@ -37,7 +37,8 @@ def ancf(
     """ANCF from start to end: least CPU and wall seconds of `repeats` runs.
 
     "split", "calls": CPU seconds of the cheapest run and calls by part: set-up, those of `speed_profile`, the rest.
-    "gflop": 10^9 operations by part that no run can spare.
+    "gflop": 10^9 operations by part that no run can spare. "bare": CPU seconds of its products, factors and solutions
+    alone, see `speed_profile.bare`.
     """
     from ancf.run import solve
     from ancf.unpack import build
@@ -60,6 +61,7 @@ def ancf(
         "split": splits[cheapest],
         "calls": calls,
         "gflop": operations(model.system, calls, forms),
+        "bare": bare(model.system, model.mesh.vectors.ravel(), calls),
     }
 
 

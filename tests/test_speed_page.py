@@ -133,6 +133,8 @@ def found(curve):
     }
     rubber |= {"force_us": 8.0, "tangent_us": 70.0}
     runs = [Measured("ancf", {"mesh": 16}, "ok", run)]
+    paid = {"calls": {"force": 4}, "gflop": {"force": 0.5, "set-up": 0.4}, "bare": {"force": 0.03, "solve": 0.02}}
+    paid |= {"split": {"set-up": 0.1, "force": 0.9}, "setup_seconds": 0.1}
     own_steps = [row(name, "m", 1, -1.0, cost) | {"time_step": 0.1} for name, cost in COSTS.items()]
     return {
         "load": 0.5,
@@ -147,7 +149,7 @@ def found(curve):
         "many": Measured("newton", {"size": 0.01}, "failed: out of memory"),
         "curve": curve,
         "one_percent": [
-            Measured("ancf", {"mesh": 4}, "ok", {**run, "calls": {"force": 4}, "gflop": {"force": 0.5, "set-up": 0.4}}),
+            Measured("ancf", {"mesh": 4}, "ok", {**run, **paid}),
             Measured("reference", {"size": 0.2}, "ok", run),
         ],
         "curve_calculix": [Measured("calculix_run", {"size": 0.5}, "absent: ccx is not on the path")],
@@ -178,7 +180,10 @@ def test_the_page_says_what_was_met_missed_absent_and_failed(found, tmp_path):
     assert figures["cost_ratio_1_percent_own_steps"]["value"] == pytest.approx(8.0)
     assert figures["calculix_cpu_ratio"]["value"] is None and figures["table5_wall_s"]["met"] is None
     assert "ccx is not on the path" in page and "out of memory" in page
-    assert "0.9 GFlop, take 0.1 s" in page and "the ratio would be 15." in page
+    assert "0.9 GFlop, set-up included, would take 0.1 s and the ratio would be 15." in page
+    assert "set-up the ratio would be 30, with the present set-up 10." in page  # 1.5 s over 0.05 s, and over 0.15 s
+    bound = figures["cost_ratio_1_percent_bound"]  # 0.5 GFlop at 9 GFlop/s
+    assert bound["value"] == pytest.approx(1.5 / (0.5 / 9)) and bound["bar"] is None
     assert all(f"reports.unit {name}" in page for name in ("kernels", "ancf", "reference", "curve"))
 
 

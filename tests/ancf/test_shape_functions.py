@@ -44,6 +44,10 @@ def test_derivatives_equal_differences(shape, p):
     np.testing.assert_allclose(shape.evaluate(POINTS, SIZE).S_p[:, :, p], difference / (2 * h), atol=1e-8)
 
 
+def test_values_alone_are_those_with_derivatives(shape):
+    np.testing.assert_array_equal(shape.values(POINTS, SIZE), shape.evaluate(POINTS, SIZE).S)
+
+
 @pytest.mark.parametrize("corner", range(4))
 def test_each_nodal_vector_is_what_its_name_says(shape, corner):
     """At a corner the field takes the corner's r, and its derivatives the corner's r_x, r_y, r_xy, r_z."""

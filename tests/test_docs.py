@@ -2,9 +2,12 @@
 
 import argparse
 import doctest
+import importlib.util
 import json
 import re
 import shlex
+import subprocess
+import sys
 import tomllib
 from pathlib import Path
 
@@ -109,3 +112,14 @@ def test_the_readmes_last_row_is_what_the_reference_finds():
             level = next(level for level in scene.ladder("reference") if f"h={level.size:g}" == mesh)
             result = solve(scene, level)
             assert (result.unknowns, round(float(result.position("P")[-1, 2]), 5)) == (unknowns, height)
+
+
+def test_the_example_of_exudyn_writes_a_table_or_says_what_is_missing(tmp_path):
+    """One element, with Exudyn where it is installed; the answer of so coarse a plate is a downward one."""
+    script, table = ROOT / "docs" / "examples" / "exudyn_cantilever.py", tmp_path / "exudyn.csv"
+    run = subprocess.run([sys.executable, script, table, "1"], capture_output=True, text=True, cwd=ROOT)
+    if importlib.util.find_spec("exudyn") is None:
+        assert run.returncode == 1 and "pip install exudyn" in run.stderr and not table.exists()
+    else:
+        header, line = table.read_text().splitlines()
+        assert header == "h,value,seconds" and -1.0 < float(line.split(",")[1]) < -0.3

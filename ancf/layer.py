@@ -122,21 +122,20 @@ class Layered(Wider):
 def layer_vectors(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> list[LayerVector]:
     """Every layer vector the bands give reason for: each floor at each vector of the director, walls at those on it."""
     directors = np.flatnonzero(np.isin(mesh.kinds, DIRECTOR))
-    throughs = dict.fromkeys(_through(band, thickness) for band in bands)
+    throughs = dict.fromkeys(through(band, thickness) for band in bands)
     found = dict.fromkeys(LayerVector(int(v), through) for v in directors for through in throughs)
     for band in bands:
         for across, line, decay in _walls(mesh, band, thickness):
-            through = _through(band, thickness)._replace(across=across, decay=decay)
+            fading = through(band, thickness)._replace(across=across, decay=decay)
             on = directors[mesh.parameters[directors, across] == line]
-            found |= dict.fromkeys(LayerVector(int(v), through) for v in on)
+            found |= dict.fromkeys(LayerVector(int(v), fading) for v in on)
     return list(found)
 
 
 def _walls(mesh: Mesh, band: Feature, thickness: float) -> Iterator[tuple[int, float, float]]:
     """Axis across, grid line and decay by parameter of a band's walls where the layer beside them is wide enough."""
     for across in (0, 1) if isinstance(band, Band) and not band.is_curved else ():
-        lines = (mesh.x_lines, mesh.y_lines)[across]
-        metres = (mesh.edge_lengths[:, [1 - across, 3 - across]].mean(axis=1) / _sizes(mesh, across)).mean()
+        lines, metres = (mesh.x_lines, mesh.y_lines)[across], mesh.metres(across)
         decay = float(DECAY / thickness * metres)
         for limit, outward in zip(band.limits(across), (-1, 1), strict=True):
             k = int(np.abs(lines - limit).argmin())
@@ -144,11 +143,6 @@ def _walls(mesh: Mesh, band: Feature, thickness: float) -> Iterator[tuple[int, f
             on_line = abs(lines[k] - limit) * metres <= ON_LINE * thickness
             if on_line and 0 <= beside < len(lines) and abs(lines[beside] - lines[k]) * decay >= WIDE:
                 yield across, float(lines[k]), decay
-
-
-def _sizes(mesh: Mesh, axis: int) -> np.ndarray:
-    """Sizes (e,) of the elements in the parameter of an axis."""
-    return np.diff((mesh.x_lines, mesh.y_lines)[axis])[mesh.corners[:, axis]]
 
 
 def wall_strips(mesh: Mesh, thickness: float) -> list[Band]:
@@ -165,7 +159,7 @@ def wall_strips(mesh: Mesh, thickness: float) -> list[Band]:
     return [band for band in found.values() if band is not None]
 
 
-def _through(band: Feature, thickness: float) -> Through:
+def through(band: Feature, thickness: float) -> Through:
     """A groove's layer begins at its deepest floor, a protrusion's at the plain face."""
     if band.sign != GROOVE:
         depth = 0.0
@@ -204,8 +198,8 @@ def _reaches(cell, bands: Sequence[Feature], thickness: float, through: Through)
 
 
 def _numbered(mesh: Mesh, vectors: Sequence[LayerVector], after: np.ndarray, places) -> Mesh:
-    wider, numbers = mesh.extended(after, (KIND,), mesh.parameters[after])
-    number_of = dict(zip(vectors, numbers.ravel().tolist(), strict=True))
+    wider, numbers = mesh.extended(after, [(KIND,)] * len(after), mesh.parameters[after])
+    number_of = dict(zip(vectors, np.ravel(numbers).tolist(), strict=True))
     own: dict[int, list] = {}
     for e, i, vector in places:
         own.setdefault(e, []).append((i, vector))

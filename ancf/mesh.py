@@ -65,24 +65,27 @@ class Mesh:
         x, y = ([low, *(low + at for at in lines), high] for (low, high), lines in zip(cell, kinks, strict=True))
         return [(along, across) for along in pairwise(x) for across in pairwise(y)]
 
-    def extended(self, after: np.ndarray, kinds: Sequence[str], parameters: np.ndarray) -> tuple[Mesh, np.ndarray]:
-        """The mesh with further nodal vectors, zero in the reference shape, and their numbers (n, k).
+    def extended(
+        self, after: np.ndarray, kinds: Sequence[Sequence[str]], parameters: np.ndarray
+    ) -> tuple[Mesh, list[np.ndarray]]:
+        """The mesh with further nodal vectors, zero in the reference shape, and their numbers.
 
-        For each of the vectors `after` (n,) one of each of the `kinds` (k,), numbered behind it, at parameters (n, 2).
+        Behind each of the vectors `after` (n,) those of its `kinds`, at parameters (n, 2).
         """
-        base, more, count = len(self.vectors), len(after) * len(kinds), len(kinds)
-        order = np.argsort(np.concatenate([np.arange(base), np.repeat(after, count) + 0.5]), kind="stable")
+        base, counts = len(self.vectors), [len(own) for own in kinds]
+        more = sum(counts)
+        order = np.argsort(np.concatenate([np.arange(base), np.repeat(after, counts) + 0.5]), kind="stable")
         number = np.empty_like(order)
         number[order] = np.arange(len(order))
-        names = np.tile(np.array(kinds, dtype=self.kinds.dtype), len(after))
+        names = np.array([kind for own in kinds for kind in own], dtype=self.kinds.dtype)
         wider = replace(
             self,
             vectors=np.concatenate([self.vectors, np.zeros((more, 3))])[order],
             connectivity=number[self.connectivity],
             kinds=np.concatenate([self.kinds, names])[order],
-            parameters=np.concatenate([self.parameters, np.repeat(parameters, count, axis=0)])[order],
+            parameters=np.concatenate([self.parameters, np.repeat(parameters, counts, axis=0)])[order],
         )
-        return wider, number[base:].reshape(-1, count)
+        return wider, np.split(number[base:], np.cumsum(counts)[:-1])
 
     @cached_property
     def cells(self) -> list[Cell]:
@@ -102,6 +105,11 @@ class Mesh:
         """Lengths (e, 4) in m of the straight lines between the corners of each element."""
         corners = self.element_vectors[:, self.shape.positions]
         return np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+
+    def metres(self, axis: int) -> float:
+        """Mean length (m) of a unit of the parameter along an axis."""
+        sizes = np.diff((self.x_lines, self.y_lines)[axis])[self.corners[:, axis]]
+        return float((self.edge_lengths[:, [1 - axis, 3 - axis]].mean(axis=1) / sizes).mean())
 
     def orientation(self, vectors: np.ndarray) -> np.ndarray:
         """det (r_x, r_y, r_z) at each node for nodal vectors (v, 3)."""

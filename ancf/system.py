@@ -425,6 +425,7 @@ def system(
         "d_l": thickness / 2,
         "r_w": 1.0,
         "d_w": thickness / 2,
+        "l_w": thickness / 2,
     }
     lengths = np.repeat([sides[kind] for kind in mesh.kinds], 3)[sums.free]
     values = _on_pattern(plate.mass, sums)

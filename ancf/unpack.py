@@ -92,7 +92,7 @@ def material_of(scene: Scene) -> SaintVenantKirchhoff | MooneyRivlin:
 def mesh_of(scene: Scene, level: AncfLevel) -> Mesh:
     surface = _surface(scene)
     mesh = grid(*_lines(scene, level, surface), surface, FAMILY[level.element], scene.surface.closed)
-    return with_walls(mesh, bands_of(scene)) if level.walls else mesh
+    return with_walls(mesh, bands_of(scene), scene.thickness if level.lips else None) if level.walls else mesh
 
 
 def _surface(scene: Scene) -> Surface | Revolved | None:

@@ -11,6 +11,15 @@ along it, an element has the displacements
 those of the mid-surface and of the director. They vanish on the element's sides along the band and are shared with the
 next element on the grid line across it: the field stays continuous. The reference vectors are zero, on flat and curved
 plates alike. What is right of a wall and what is left of it are smooth, and rules divide elements there anyhow.
+
+With lips, the material beyond the floor, which ends at the wall with a free face, may stay behind what is below it:
+
+    e(d) L(x) T(z) l_w,    T = min(0, z - z_floor)    (max for the top face),
+
+with the distance d from the wall, away from the floor, and e(d) of `ancf.free_edge`, which ends on the element's side.
+They are the functions of `ancf.layer` for walls inside elements. On the groove's side nothing is beyond the floor. An
+element that reaches much less than the thickness beyond the wall has not the room; in one that reaches farther what it
+has beside the layer is too coarse for it: the shoulder of the tire then slides too easily.
 """
 
 from __future__ import annotations
@@ -21,42 +30,54 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ancf.free_edge import DECAY, fading
+from ancf.layer import Through, through
 from ancf.mesh import Mesh, Special
 from ancf.nurbs import curve_derivatives
 from ancf.shape import ShapeValues, Wider
-from ancf.subdomain import Band, Feature
+from ancf.subdomain import GROOVE, Band, Feature
 
-KINDS = ("r_w", "d_w")
+KINDS = ("r_w", "d_w", "l_w")
+PLAIN = 2  # of these kinds are those of a wall without lip
 NEAR = 0.02  # of an element's size: a wall this near to a grid line stands on it
+ROOM = 1.0, 3.2  # times 1 / decay: between these an element has the room for a lip beside its wall
 DEEP = 1e-9  # of the greatest depth: what is as deep is floor
 
 
 class Wall(NamedTuple):
     """Functions of a wall at the distance `at` from the element's corner on the axis `across`.
 
-    side: 0 or 1, the side across the band on which L is 1. Both r_w and d_w belong to it.
+    side: 0 or 1, the side across the band on which L is 1. r_w, d_w and l_w belong to it. lip: T, whose `decay` is by
+    parameter; None without one. outward: 1 where the material beyond the floor lies above `at`, else -1.
     """
 
     across: int
     at: float
     side: int
+    lip: Through | None = None
+    outward: int = 1
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What its vectors are."""
+        return KINDS if self.lip is not None else KINDS[:PLAIN]
 
 
 @dataclass(frozen=True)
 class Walled(Wider):
-    """A member of the family with wall functions after its own: those of r_w and d_w of each wall and side."""
+    """A member of the family with wall functions after its own: those of r_w, d_w and l_w of each wall and side."""
 
     walls: tuple[Wall, ...]
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """What each nodal vector of the element is (i,)."""
-        return self.base.kinds + KINDS * len(self.walls)
+        return self.base.kinds + tuple(kind for wall in self.walls for kind in wall.kinds)
 
     @property
     def levels(self) -> list[float]:
-        """Where the functions have a kink along z: nowhere."""
-        return []
+        """Where the functions have a kink along z: on the floors of lips."""
+        return sorted({wall.lip.floor for wall in self.walls if wall.lip is not None})
 
     def lines(self, axis: int) -> list[float]:
         """Where they have a kink on an axis, from the element's corner."""
@@ -71,38 +92,57 @@ class Walled(Wider):
             zero = np.zeros_like(f)
             S.append(np.stack([f, z * f], axis=1))
             S_p.append(np.stack([np.stack([f_x, f_y, zero], axis=1), np.stack([z * f_x, z * f_y, f], axis=1)], axis=1))
+            if wall.lip is not None:
+                f, f_x, f_y = _fading(wall, points, size)
+                T, T_z = wall.lip(z)
+                S.append((f * T)[:, None])
+                S_p.append(np.stack([f_x * T, f_y * T, f * T_z], axis=1)[:, None])
         return ShapeValues(np.concatenate(S, axis=1), np.concatenate(S_p, axis=1))
 
 
 def _in_plane(wall: Wall, points: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """h L and its derivatives by x and y, each (q,)."""
-    y, s = points[:, wall.across], points[:, 1 - wall.across] / size[1 - wall.across]
+    y = points[:, wall.across]
     rest, before = size[wall.across] - wall.at, points[:, wall.across] < wall.at
     h, h_y = np.where(before, y / wall.at, (size[wall.across] - y) / rest), np.where(before, 1 / wall.at, -1 / rest)
+    return _times(wall, h, h_y, points, size)
+
+
+def _fading(wall: Wall, points: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """e L and its derivatives by x and y, each (q,); zero over the floor."""
+    d = wall.outward * (points[:, wall.across] - wall.at)
+    room = size[wall.across] - wall.at if wall.outward > 0 else wall.at
+    e, e_d = fading(wall.lip.decay, np.maximum(d, 0.0), room)
+    return _times(wall, np.where(d > 0, e, 0.0), np.where(d > 0, wall.outward * e_d, 0.0), points, size)
+
+
+def _times(wall: Wall, h, h_y, points: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, ...]:
+    """h L of a function h across the band, and its derivatives by x and y, each (q,)."""
+    s = points[:, 1 - wall.across] / size[1 - wall.across]
     L, L_x = (s, 1 / size[1 - wall.across]) if wall.side else (1 - s, -1 / size[1 - wall.across])
     along, across = h * L_x, h_y * L
     return (h * L, along, across) if wall.across == 1 else (h * L, across, along)
 
 
-def with_walls(mesh: Mesh, bands: Sequence[Feature]) -> Mesh:
-    """The mesh with wall functions wherever the floor of a band begins or ends inside elements.
+def with_walls(mesh: Mesh, bands: Sequence[Feature], thickness: float | None = None) -> Mesh:
+    """The mesh with wall functions wherever the floor of a band begins or ends inside elements; lips with a thickness.
 
     Where a band ends along its own axis they end on the last grid line before. Outlines have none.
     """
     own: dict[int, list[tuple[Wall, tuple]]] = {}
-    after: dict[tuple, int] = {}
+    after: dict[tuple, tuple[int, tuple[str, ...]]] = {}
     for across in (0, 1):
         for row, at in sorted({place for band in bands for place in _crossed(mesh, band, across)}):
-            columns = _columns(mesh, bands, across, row, at)
+            columns, lip = _columns(mesh, bands, across, row, at), _lip(mesh, bands, across, row, at, thickness)
             for e, side, line in _sides(mesh, across, row, columns):
-                key = (across, row, at, line)
-                own.setdefault(e, []).append((Wall(across, at - mesh.cells[e][across][0], side), key))
-                after.setdefault(key, _director(mesh, e, across, side))
+                wall, key = Wall(across, at - mesh.cells[e][across][0], side, *lip), (across, row, at, line)
+                own.setdefault(e, []).append((wall, key))
+                after.setdefault(key, (_director(mesh, e, across, side), wall.kinds))
     if not own:
         return mesh
     keys = list(after)
-    parameters = np.array([_parameters(mesh, *key) for key in keys])
-    wider, numbers = mesh.extended(np.array(list(after.values())), KINDS, parameters)
+    first, kinds = zip(*after.values(), strict=True)
+    wider, numbers = mesh.extended(np.array(first), kinds, np.array([_parameters(mesh, *key) for key in keys]))
     number_of = dict(zip(keys, numbers, strict=True))
     special = {}
     for e, found in own.items():
@@ -128,6 +168,21 @@ def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, floa
         row = int(np.searchsorted(lines, at)) - 1
         if 0 <= row < len(lines) - 1 and np.abs(lines[row : row + 2] - at).min() > NEAR * np.diff(lines)[row]:
             yield row, at
+
+
+def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float | None) -> tuple[Through | None, int]:
+    """T of the lip of a wall and the way out of its floor; None without thickness, without room, or of two bands."""
+    own = [band for band in bands if (row, at) in _crossed(mesh, band, across)]
+    if thickness is None or len(own) > 1:
+        return None, 1
+    (band,) = own
+    outward = (1 if at > np.mean(floor_edges(band)) else -1) * (1 if band.sign == GROOVE else -1)
+    lines = (mesh.x_lines, mesh.y_lines)[across]
+    decay = DECAY / thickness * mesh.metres(across)
+    room = abs(lines[row + (outward > 0)] - at)
+    if not ROOM[0] <= room * decay <= ROOM[1]:
+        return None, outward
+    return through(band, thickness)._replace(across=across, decay=decay), outward
 
 
 def _columns(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: float) -> np.ndarray:

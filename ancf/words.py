@@ -30,6 +30,7 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     if level.enrich is not None:
         modelled += [f"layer functions beyond the grooves' floors, to {level.enrich:g} of the gain that they promise"]
     modelled += ["kinks where the floors of grooves begin and end inside elements"] if level.walls else []
+    modelled += ["layers that fade out from those walls beyond the floors"] if level.lips else []
     stated = {
         "grooves": scene.grooves,
         "protrusions": scene.protrusions,

@@ -134,6 +134,8 @@ def _elements(scene: Scene) -> Iterator[str]:
     for key, level in _levels(scene):
         if getattr(level, "walls", False) and level.enrich is not None:
             yield f"{key}.walls = true: elements have wall functions or layers (enrich), not both; leave one out"
+        if getattr(level, "lips", False) and not level.walls:
+            yield f"{key}.lips = true: what ends at walls needs them; state walls = true as well, or leave this out"
         if getattr(level, "contact_points", None) is not None and not scene.obstacles:
             yield f"{key}.contact_points = {list(level.contact_points)}: the scene has no obstacle; leave this out"
         stated = getattr(level, "volumetric", None)

@@ -25,7 +25,7 @@ EVEN = {  # elements of the quarter
     "full": ([6, 3], [8, 4], [12, 5], [16, 8], [24, 10]),
 }
 SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.22, 0.16, 0.11), "full": (0.22, 0.16, 0.11, 0.08)}
-SMOOTH = {"walls": False}  # elements without kinks, for comparison
+SMOOTH = {"walls": False, "lips": False}  # elements without kinks, for comparison
 PAPER = {"element": "conforming", "volumetric": "reduced", "points": [4, 4, 3], **SMOOTH}
 LONG = {"quick": [], "standard": [6, 3], "full": [12, 5]}
 

@@ -10,7 +10,7 @@ from ancf.nurbs import Curve, Revolved
 from ancf.pressure import follower_pressure
 from ancf.run import estimate, solve
 from ancf.shape import FAMILY
-from ancf.subdomain import BOTTOM, GROOVE, TOP, Band
+from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
 from ancf.system import body, system
 from ancf.wall import KINDS, floor_edges, with_walls
 from compare.scene import parse
@@ -21,14 +21,17 @@ from .conftest import THICKNESS
 RUBBER, SVK = MooneyRivlin(2.5e6, 2.0e6, 1.33e8), from_engineering(2.0e6, 0.3)
 FORCE = 2.0e6 * THICKNESS  # N: modulus times the area of a strip one metre wide
 LEANING = Curve(1, [0, 0, 1, 2, 3, 3], [[0.1, 0.0], [0.12, 0.02], [0.2, 0.02], [0.24, 0.0]])
-GROOVED = [kind for kind in conftest.PLATES if "grooved" in kind]
+SMALL = np.array([0.0, 0.1, 0.25]), np.array([0.0, 0.08, 0.13])  # m: elements with room for lips of a plate of 0.05 m
+ALONG = Band(TOP, GROOVE, 0, (0.03, 0.05), 0.02), Band(BOTTOM, PROTRUSION, 0, (0.09, 0.11), 0.02)
+PLATES = conftest.PLATES | {"lips, grooved": (SMALL, ALONG, None)}
+GROOVED = [kind for kind in PLATES if "grooved" in kind]
 
 
 def walled(element, kind, material=SVK, pointwise=False, walls=True):
-    """A body of the plates with wall functions, or without."""
-    lines, bands, surface = conftest.PLATES[kind]
+    """A body of the plates with wall functions, and lips where there is room, or without."""
+    lines, bands, surface = PLATES[kind]
     mesh = grid(*lines, surface, FAMILY[element])
-    mesh = with_walls(mesh, bands) if walls else mesh
+    mesh = with_walls(mesh, bands, THICKNESS) if walls else mesh
     return body(mesh, bands, THICKNESS, material, 2000.0, (5, 5, 3), pointwise=pointwise)
 
 
@@ -43,7 +46,7 @@ def dense(free, q):
 @pytest.mark.parametrize("kind", GROOVED)
 def test_walls_change_no_position_of_the_reference(element, kind):
     """Their reference vectors are zero: nothing moves, volume and mass are those of the plain mesh."""
-    plate, (lines, bands, surface) = walled(element, kind), conftest.PLATES[kind]
+    plate, (lines, bands, surface) = walled(element, kind), PLATES[kind]
     plain = body(grid(*lines, surface, FAMILY[element]), bands, THICKNESS, SVK, 2000.0, (7, 7, 3))
     assert np.all(plate.mesh.vectors[np.isin(plate.mesh.kinds, KINDS)] == 0)
     assert plate.volume == pytest.approx(plain.volume, rel=1e-13)
@@ -78,13 +81,14 @@ def test_quadratic_form_equals_the_sum_over_points(element, kind, deformed):
     np.testing.assert_allclose(dense(one, q), K, atol=1e-12 * np.abs(K).max())
 
 
+@pytest.mark.parametrize("kind", ["grooved", "lips, grooved"])
 @pytest.mark.parametrize("volumetric", ["relaxed", "reduced"])
-def test_force_and_tangent_of_rubber_are_derivatives(volumetric, deformed):
+def test_force_and_tangent_of_rubber_are_derivatives(volumetric, kind, deformed):
     """Central differences along some directions, in all groups of elements: their error falls as h^2."""
-    lines, bands, _ = conftest.PLATES["grooved"]
-    mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands)
+    lines, bands, _ = PLATES[kind]
+    mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands, THICKNESS)
     plate = body(mesh, bands, THICKNESS, RUBBER, 2000.0, (5, 5, 3), volumetric=volumetric)
-    assert len(plate.connectivity) > 1
+    assert kind != "grooved" or len(plate.connectivity) > 1
     free, q, h = acting(plate), deformed(plate, amount=0.003).ravel(), 1e-6
     still, rng = np.zeros_like(q), np.random.default_rng(2)
     K = dense(free, q)
@@ -115,6 +119,31 @@ def test_the_field_kinks_at_a_wall_and_is_continuous(axis):
         np.testing.assert_allclose(at(0.5 - hair, across), at(0.5 + hair, across), atol=1e-5)
     slopes = [(at(0.2, y + hair) - at(0.2, y - hair)) / (2 * hair) for y in (0.55 - 2 * hair, 0.55 + 2 * hair)]
     assert np.abs(slopes[1] - slopes[0]).max() > 0.1
+
+
+def test_where_there_are_lips_and_what_they_move():
+    """Beside walls with room, each out of its floor; the material beyond it alone, most at the wall, none at the side.
+
+    The groove's walls at 0.03 and 0.05 m have 0.03 m of their element beside them, those of the protrusion on it. In
+    longer elements there are none.
+    """
+    mesh = with_walls(grid(*SMALL, None, FAMILY["enriched"]), ALONG, THICKNESS)
+    at = sorted(set(mesh.parameters[mesh.kinds == "l_w", 1].tolist()))
+    assert at == [0.03, 0.05, 0.09, 0.11]
+    longer = with_walls(grid(SMALL[0], np.array([0.0, 0.2]), None, FAMILY["enriched"]), ALONG[:1], THICKNESS)
+    assert set(longer.parameters[longer.kinds == "l_w", 1].tolist()) == {0.03}  # 0.15 m beyond 0.05
+    assert not np.any(with_walls(grid(*SMALL, None, FAMILY["enriched"]), ALONG).kinds == "l_w")
+    vectors = np.zeros_like(mesh.vectors)
+    vectors[(mesh.kinds == "l_w") & (mesh.parameters[:, 1] == 0.03)] = [0.0, 1.0, 0.0]
+
+    def moved(y, z):
+        return float((interpolation(mesh, np.array([mesh.locate(0.05, y)]), np.array([[0.05, y, z]])) @ vectors)[0, 1])
+
+    top, floor = THICKNESS / 2, THICKNESS / 2 - 0.02
+    assert moved(0.03 - 1e-12, top) == pytest.approx(0.02, rel=1e-6)
+    assert 0 < moved(0.015, top) < moved(0.025, top) < 0.02
+    assert moved(0.0, top) == pytest.approx(0.0, abs=1e-15)
+    assert moved(0.02, floor) == moved(0.02, -top) == moved(0.04, floor) == 0.0
 
 
 PULLED = {

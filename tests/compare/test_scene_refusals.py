@@ -22,6 +22,10 @@ KEYS = {
         {"ancf.levels.0.contact_points": [8, 4]},
         "ancf.levels.0.contact_points = [8, 4]: the scene has no obstacle; leave this out",
     ),
+    "lips without walls": (
+        {"ancf.levels.0.lips": True},
+        "ancf.levels.0.lips = true: what ends at walls needs them; state walls = true as well, or leave this out",
+    ),
     "all of the gain": ({"ancf.levels.0.enrich": 1.0}, "ancf.levels.0.enrich = 1.0: must be less than 1"),
     "line on the edge": ({"ancf.levels.0.fit": [0.0]}, "ancf.levels.0.fit.0 = 0.0: must be greater than 0"),
     "fractional mesh": ({"ancf.levels.0.mesh": [2.5, 2]}, "ancf.levels.0.mesh.0 = 2.5: needs a whole number"),

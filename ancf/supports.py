@@ -11,7 +11,7 @@ from ancf.mesh import Mesh
 ALONG = {"x0": "r_y", "x1": "r_y", "y0": "r_x", "y1": "r_x"}
 OUT = {"x0": "r_x", "x1": "r_x", "y0": "r_y", "y1": "r_y"}
 MIDDLE = ("r", "r_w")
-DIRECTOR = ("r_z", "d_e", "d_l", "d_w")
+DIRECTOR = ("r_z", "d_e", "d_l", "d_w", "l_w")
 ROUND_OFF = 1e-9  # of a gradient
 
 
@@ -19,7 +19,7 @@ def clamp(mesh: Mesh, edge: str, gradients: str) -> np.ndarray:
     """Held components (3 v,) of a clamped edge x0, x1, y0 or y1.
 
     gradients "all": every vector of the nodes and edges on it, the paper's clamp. "tangential": what a
-    held face implies, r, r_z, d_e, d_l and the gradient along the edge; what is a derivative normal to it,
+    held face implies, r, the director, layers and the gradient along the edge; what is a derivative normal to it,
     the other gradient and r_xy, is free.
     """
     held = _on_edge(mesh, edge)
@@ -32,7 +32,7 @@ def hold_edge(mesh: Mesh, edge: str, components: Sequence[int], face: bool) -> n
     """Held components (3 v,) where some components of the displacement vanish along an edge.
 
     Along the mid-surface's edge they are those of r and of the gradient along the edge; on its whole face
-    also those of r_z, d_e and d_l.
+    also those of DIRECTOR.
     """
     kinds = [*MIDDLE, ALONG[edge], *(DIRECTOR if face else ())]
     return _components(_on_edge(mesh, edge) & np.isin(mesh.kinds, kinds), components)

@@ -65,7 +65,7 @@ def contents(path: Path) -> dict[str, object]:
     with np.load(path, allow_pickle=False) as file:
         arrays = {name: (str(a.dtype), a.shape, a.tobytes()) for name, a in file.items() if name != "header"}
         header = json.loads(str(file["header"]))
-    header["level"].pop("budget", None)  # of a unit that two scenes share: as whichever asked first has it
+    header.get("level", {}).pop("budget", None)  # of a unit that two scenes share: as whichever asked first has it
     facts = {k: value for k, value in header["facts"].items() if k not in COUNTED and not k.endswith(CLOCK)}
     return arrays | {key: value for key, value in header.items() if key not in MEASURED} | {"facts": facts}
 

@@ -134,6 +134,7 @@ def test_the_comparison_would_have_told(tmp_path):
         (out / "results").mkdir(parents=True)
         header = {
             "status": status,
+            "level": {"mesh": [2, 2], "budget": out.name},
             "seconds": out.name,
             "facts": {"beside": out.name, "mesh_seconds": out.name, "factor_seconds": out.name, "volume": 1.0},
         }

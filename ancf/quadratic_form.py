@@ -160,8 +160,31 @@ class Portion:
     flipped: list[Flipped]
 
 
+class Portioned:
+    """What elements have in common that are computed portion by portion, from tensors of their forms."""
+
+    def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
+        """Yield the packed tangents span by span; see `packing`. The array is reused. more: as in `force`."""
+        for portion in self._portions:
+            self._stress(Q, portion, more)
+            self._tangent(portion)
+            if portion.e.stop % SPAN == 0 or portion.e.stop == len(Q):
+                yield portion.packed
+
+    @cached_property
+    def _at(self) -> np.ndarray | None:
+        """Where a single portion's D and P were last computed (e, i, 3), so that a tangent or an energy there is spared
+        them; not a number where they are of nowhere. None where portions share their work arrays."""
+        return np.full((*self.signs.shape, 3), np.nan) if len(self._portions) == 1 else None
+
+    @cached_property
+    def _places(self) -> slice:
+        """The positions, which lie equally far apart and begin with 0."""
+        return slice(0, self.positions[-1] + 1, self.positions[1])
+
+
 @dataclass(frozen=True, eq=False)
-class QuadraticElements:
+class QuadraticElements(Portioned):
     """Elements evaluated through their quadratic forms, in portions that fit the cache.
 
     D0, stress, symmetric, antisymmetric: those of each distinct QuadraticForm, stacked (g, ...);
@@ -211,14 +234,6 @@ class QuadraticElements:
                 turn(own, run.e, run.nodal)
         return force
 
-    def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
-        """Yield the packed tangents span by span; see `packing`. The array is reused. more: as in `force`."""
-        for portion in self._portions:
-            self._stress(Q, portion, more)
-            self._tangent(portion)
-            if portion.e.stop % SPAN == 0 or portion.e.stop == len(Q):
-                yield portion.packed
-
     def _stress(self, Q: np.ndarray, portion: Portion, more: Terms = ()) -> None:
         """Fill Q from the first node, D - D0 (e, 120) and P (e, 136) of one portion."""
         n, pair, work = self.functions, pairs(self.functions), portion.work
@@ -236,12 +251,6 @@ class QuadraticElements:
             product.compute()
         if at is not None:
             np.copyto(at, np.nan if more else Q)
-
-    @cached_property
-    def _at(self) -> np.ndarray | None:
-        """Where a single portion's D and P were last computed (e, i, 3), so that a tangent or an energy there is spared
-        them; not a number where they are of nowhere. None where portions share their work arrays."""
-        return np.full((*self.signs.shape, 3), np.nan) if len(self._portions) == 1 else None
 
     def _own(self, Q: np.ndarray, portion: Portion, out: np.ndarray) -> np.ndarray:
         """Fill out with a portion's nodal vectors as their forms know them, from the first node."""
@@ -270,11 +279,6 @@ class QuadraticElements:
         for run in portion.flipped:
             turn(upper, run.e, run.upper)
             turn(lower, run.e, run.lower)
-
-    @cached_property
-    def _places(self) -> slice:
-        """The positions, which lie equally far apart and begin with 0."""
-        return slice(0, self.positions[-1] + 1, self.positions[1])
 
     @cached_property
     def _portions(self) -> list[Portion]:

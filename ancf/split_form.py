@@ -14,7 +14,7 @@ Tensors of 16 functions stay in the cache and are multiplied as fast as BLAS can
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import pairwise
@@ -27,7 +27,7 @@ from ancf.material import SaintVenantKirchhoff
 from ancf.packing import SPAN, pairs
 from ancf.parity import Mirrors, Split, basis, share, split
 from ancf.products import Product
-from ancf.quadratic_form import from_first_node, gram_products, integrate
+from ancf.quadratic_form import Portioned, from_first_node, gram_products, integrate
 from ancf.shape import Plate
 
 LARGE = 16  # functions: more than that are split
@@ -113,7 +113,7 @@ class Portion:
 
 
 @dataclass(frozen=True, eq=False)
-class SplitFormElements:
+class SplitFormElements(Portioned):
     """Elements evaluated through their split forms; see `quadratic_form.QuadraticElements`, whose interface it has."""
 
     forms: tuple[SplitForm, ...]
@@ -146,14 +146,6 @@ class SplitFormElements:
             force[portion.e] = own.swapaxes(1, 2)
         return force
 
-    def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
-        """Yield the packed tangents span by span; see `packing`. The array is reused. more: as in `force`."""
-        for portion in self._portions:
-            self._stress(Q, portion, more)
-            self._tangent(portion)
-            if portion.e.stop % SPAN == 0 or portion.e.stop == len(Q):
-                yield portion.packed
-
     def _stress(self, Q: np.ndarray, portion: Portion, more: Terms = ()) -> None:
         """Fill rows (T Q)^T, D - D0 and P of one portion."""
         work, at = portion.work, self._at
@@ -173,14 +165,14 @@ class SplitFormElements:
         if at is not None:
             np.copyto(at, np.nan if more else Q)
 
+    @property
+    def positions(self) -> tuple[int, ...]:
+        """Functions of positions."""
+        return self.shape.positions
+
     @cached_property
     def _T(self) -> np.ndarray:
         return basis(self.shape).T
-
-    @cached_property
-    def _at(self) -> np.ndarray | None:
-        """As in `QuadraticElements`."""
-        return np.full((*self.signs.shape, 3), np.nan) if len(self._portions) == 1 else None
 
     def _rows(self, Q: np.ndarray, portion: Portion, out: np.ndarray) -> np.ndarray:
         """Fill out (e, 3, m) with T times a portion's nodal vectors as their forms know them, from the first node."""
@@ -191,12 +183,6 @@ class SplitFormElements:
             own *= portion.signs
         np.matmul(own.reshape(-1, T.shape[1]), T.T, out=out.reshape(-1, len(T)))
         return out
-
-    @cached_property
-    def _places(self) -> slice:
-        """The positions, which lie equally far apart and begin with 0."""
-        positions = self.shape.positions
-        return slice(0, positions[-1] + 1, positions[1])
 
     def _tangent(self, portion: Portion) -> None:
         """Fill the packed tangents of one portion from its rows and P."""

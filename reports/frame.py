@@ -138,6 +138,18 @@ def gate_row(name: str, solver: str, value: float | None, unit: str, status: str
     return {gate.CASE: name, "solver": solver, "value": value, "unit": unit, "status": status}
 
 
+def gate_rows(found: Parts, gated: dict[str, dict[str, str]], name: Callable[[str, Outcome], str]) -> list[gate.Row]:
+    """What the gate knows of units: of each kind of unit its keys with their units. name: of a unit of a part."""
+    rows = []
+    for part, outcomes in found.items():
+        for outcome in outcomes:
+            solver, kind = outcome.asked.arguments.get("solver", "ancf"), outcome.asked.name.rpartition(".")[2]
+            ended = outcome.get("ended") or outcome.measured.status
+            for key, unit in gated.get(kind, {}).items():
+                rows.append(gate_row(f"{name(part, outcome)}: {key}", solver, outcome.get(key), unit, ended))
+    return rows
+
+
 def passed(name: str, rows: list[gate.Row], options: argparse.Namespace) -> bool | None:
     """Accept the rows of a study, and compare them with the accepted ones, as far as asked to.
 

@@ -44,7 +44,7 @@ def clocked() -> Iterator[tuple[dict[str, float], dict[str, int]]]:
         (ancf.run, "_outline"): timed("picture", ancf.run._outline),
         (LinearSolver, "factorise"): lambda *arguments: timed("solve", factorise(*arguments)),
     }
-    with _replaced(parts):
+    with replaced(parts):
         yield spent, calls
 
 
@@ -61,12 +61,12 @@ def integrated() -> Iterator[list[tuple[int, list[int], int]]]:
         forms.append((len(parts.volume), sizes, parts.M.shape[-1]))
         return integrate(parts, material, pair, blocks)
 
-    with _replaced({(module, "integrate"): call for module in (ancf.quadratic_form, ancf.split_form)}):
+    with replaced({(module, "integrate"): call for module in (ancf.quadratic_form, ancf.split_form)}):
         yield forms
 
 
 @contextmanager
-def _replaced(functions: dict[tuple[Any, str], Callable]) -> Iterator[None]:
+def replaced(functions: dict[tuple[Any, str], Callable]) -> Iterator[None]:
     """Attributes (owner, name) replaced for a while."""
     kept = {place: getattr(*place) for place in functions}
     try:

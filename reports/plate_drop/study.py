@@ -109,22 +109,14 @@ def gate_rows(found: frame.Parts) -> list[gate.Row]:
     Another BLAS rounds otherwise, and contact points might open and stick at other moments: with OpenBLAS's oldest
     kernels no row moves by more than 2.5e-10, so that the gate's 1e-6 on one platform and 1e-4 between two have room.
     """
-    rows = []
-    for part, outcomes in found.items():
-        for outcome in outcomes:
-            if not page.may_fail(outcome.asked):
-                rows += _gated(part, outcome)
-    return rows
+    kept = {part: [o for o in outcomes if not page.may_fail(o.asked)] for part, outcomes in found.items()}
+    return frame.gate_rows(kept, GATED, _named)
 
 
-def _gated(part: str, outcome: Outcome) -> Iterator[gate.Row]:
-    kind = outcome.asked.name.rpartition(".")[2]
+def _named(part: str, outcome: Outcome) -> str:
     words = [f"{key} {value}" for key, value in outcome.asked.arguments.items() if key != "solver"]
-    name = ", ".join([f"{part}: {kind}", *words]).translate(str.maketrans("", "", "[]'"))
-    ended = outcome.get("ended") or outcome.measured.status
-    solver = outcome.asked.arguments.get("solver", "ancf")
-    for key, unit in GATED.get(kind, {}).items():
-        yield frame.gate_row(f"{name}: {key}", solver, outcome.get(key), unit, ended)
+    kind = outcome.asked.name.rpartition(".")[2]
+    return ", ".join([f"{part}: {kind}", *words]).translate(str.maketrans("", "", "[]'"))
 
 
 def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:

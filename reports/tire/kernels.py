@@ -12,6 +12,7 @@ import numpy as np
 from compare.report import Column, Table, Text
 from compare.verdict import Figure, at_most
 from reports.hard_cases.chapter import Asked, Outcome
+from reports.speed_profile import replaced
 from reports.timing import least
 from reports.tire.scenes import tire
 
@@ -97,15 +98,9 @@ def _clocked() -> Iterator[dict[str, float]]:
 
         return call
 
-    kept = {place: getattr(modules[place[0]], place[1]) for places in PARTS.values() for place in places}
-    try:
-        for part, places in PARTS.items():
-            for module, name in places:
-                setattr(modules[module], name, timed(part, kept[module, name]))
+    places = [(part, modules[module], name) for part, own in PARTS.items() for module, name in own]
+    with replaced({(module, name): timed(part, getattr(module, name)) for part, module, name in places}):
         yield spent
-    finally:
-        for (module, name), function in kept.items():
-            setattr(modules[module], name, function)
 
 
 def _strained(mesh: list[int], told: dict[str, Any], **more: Any) -> tuple[int, tuple, list[np.ndarray]]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from compare.report import Block, Column, Table
 from reports.hard_cases.chapter import Asked, Outcome
+from reports.speed_profile import replaced
 from reports.timing import least
 from reports.tire.kernels import grouped, seconds
 from reports.tire.scenes import stated, tire
@@ -62,11 +63,8 @@ def repeated(mesh: list[int], **told: Any) -> dict[str, Any]:
     scene, level = tire({"mesh": mesh, **told})
     build(scene, level)
     own = {"with": least(lambda: build(scene, level))}
-    shared, system.sharing = system.sharing, _alone
-    try:
+    with replaced({(system, "sharing"): _alone}):
         own["without"] = least(lambda: build(scene, level))
-    finally:
-        system.sharing = shared
     return _told("elements that see equal grooves are integrated once", "building the quarter", own)
 
 
@@ -98,11 +96,8 @@ def _reaching(meeting, q: np.ndarray, ahead: float) -> None:
     """Let a meeting look at the points within `ahead` times the way to q."""
     import ancf.contact
 
-    kept, ancf.contact.AHEAD = ancf.contact.AHEAD, ahead
-    try:
+    with replaced({(ancf.contact, "AHEAD"): ahead}):
         meeting.reach(q)
-    finally:
-        ancf.contact.AHEAD = kept
 
 
 def _told(what: str, where: str, own: dict[str, float]) -> dict[str, Any]:

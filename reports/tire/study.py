@@ -84,15 +84,7 @@ GATED = {
 
 def gate_rows(found: frame.Parts) -> list[gate.Row]:
     """What the gate knows of the falls, hard ones too, of the parts of a tire and of the standing one."""
-    rows = []
-    for part, outcomes in found.items():
-        for outcome in outcomes:
-            solver, kind = outcome.asked.arguments.get("solver", "ancf"), outcome.asked.name.rpartition(".")[2]
-            ended = outcome.get("ended") or outcome.measured.status
-            for key, unit in GATED.get(kind, {}).items():
-                name = f"{part}: {page.case(outcome)}: {key}"
-                rows.append(frame.gate_row(name, solver, outcome.get(key), unit, ended))
-    return rows
+    return frame.gate_rows(found, GATED, lambda part, outcome: f"{part}: {page.case(outcome)}")
 
 
 def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.polynomial.legendre import legvander2d
 
+from ancf.columns import Columns, columns
 from ancf.enhanced import enhanced_strains, relaxed
 from ancf.material import SaintVenantKirchhoff
 from ancf.nurbs import GeometryError
@@ -39,7 +40,8 @@ class Integrand:
 
     G (q, i, p): derivatives of the shape functions by reference position (1/m for positions).
     S (q, i): shape functions. volume (q,): weight of each point in m3. M (q, p, r, k): enhanced strains.
-    g_z (q, 3): gradient of z. bilinear (q, 4): the bilinear functions of the element's sides.
+    g_z (q, 3): gradient of z. bilinear (q, 4): the bilinear functions of the element's sides. columns: of the points;
+    None with enhanced strains.
     """
 
     S: np.ndarray
@@ -48,6 +50,7 @@ class Integrand:
     M: np.ndarray
     g_z: np.ndarray
     bilinear: np.ndarray
+    columns: Columns | None = None
 
 
 def integrand(
@@ -69,7 +72,8 @@ def integrand(
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
     M = enhanced_strains(shape, rule, cell, inverse, volume, free) if enhanced else np.zeros((len(volume), 3, 3, 0))
     s, t = (points[:, :2] * 2 / size - 1).T
-    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]))
+    own = None if enhanced else columns(shape, points, size, inverse)
+    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]), own)
 
 
 def signed(part: Integrand, signs: np.ndarray) -> Integrand:

@@ -7,9 +7,10 @@ it goes back by matrix products too:
     f_ia = sum over q of G_ip T_ap,    T_ap = F_ar S_rp dV,
     K_ia,kb = sum over q of G_ip A_apbt G_kt,    A_apbt = (S_pt delta_ab + F_ar C_rpst F_bs) dV.
 
-The products G_ip G_kt are tabulated for the pairs i <= k, split like the tangents (`ancf.packing`) into a part even in
-(p, t), 6 combinations, and an odd one, 3. G is taken in a frame of its own at each point, whose third direction n
-is the normal of the undeformed mid-surface: the law is isotropic.
+Forces take G in a frame of its own at each point, whose third direction n is the normal of the undeformed mid-surface:
+the law is isotropic. Tangents take the parametric gradients, of which each function has one value in a whole column of
+points (`ancf.columns`): A is summed over the points of a column first (`ancf.moduli`), and the products of gradients
+are tabulated column by column (`ancf.column_products`).
 
 An element that corrects the shear factor (`Plate.shear`) has the transverse shears of E times sqrt(5/6): a straight
 director shears evenly, and then has the energy 5/6 of which faces without traction leave it (Reissner).
@@ -23,25 +24,32 @@ from functools import cached_property
 
 import numpy as np
 
-from ancf import relaxation, rubber
+from ancf import moduli, relaxation, rubber
+from ancf.column_products import ColumnProducts
+from ancf.columns import Columns, slots
 from ancf.element import Integrand, Terms
 from ancf.material import MooneyRivlin
 from ancf.packing import SPAN, pairs
 
-POINTS = 1024  # points that are computed together
+POINTS = 2048  # points that are computed together
 SHEAR = float(np.sqrt(5 / 6))
-EVEN = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-ODD = EVEN[3:]
 SYMMETRIC = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # places of C_pr in its six components
 
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """One undeformed element: G (3, i, q) in the frame of each point, volume (q,) in m3, b (4, q) of `relaxation`."""
+    """One undeformed element: G (3, i, q) in the frame of each point, volume (q,) in m3, b (4, q) of `relaxation`.
+
+    columns: the points' own, whose order all arrays have; R (9, q): gradients of the parameters in the frames; scale
+    (q,): 1 / |g_z|^2. Without these a form has no tangent.
+    """
 
     G: np.ndarray
     volume: np.ndarray
     b: np.ndarray
+    columns: Columns | None = None
+    R: np.ndarray | None = None
+    scale: np.ndarray | None = None
 
     @cached_property
     def gradient(self) -> np.ndarray:
@@ -54,32 +62,27 @@ class Form:
         return np.ascontiguousarray((self.b[:, None] * self.b).reshape(16, -1).T)
 
     @cached_property
-    def G_b(self) -> np.ndarray:
-        """G_ip b_k (3 q, 4 i)."""
-        products = self.b[None, :, None] * self.G[:, None]
-        return np.ascontiguousarray(products.transpose(0, 3, 1, 2)).reshape(3 * len(self.volume), -1)
+    def products(self) -> ColumnProducts:
+        """Those of its tangent."""
+        return ColumnProducts(self.columns)
 
     @cached_property
-    def even(self) -> np.ndarray:
-        """(G_ip G_kt + G_it G_kp) for p < t, G_ip G_kp for p = t (6 q, m)."""
-        pair = pairs(self.G.shape[1])
-        one, other = self.G[:, pair.first], self.G[:, pair.second]
-        rows = [one[p] * other[t] + (one[t] * other[p] if p != t else 0.0) for p, t in EVEN]
-        return np.ascontiguousarray(np.concatenate([row.T for row in rows]))
-
-    @cached_property
-    def odd(self) -> np.ndarray:
-        """(G_ip G_kt - G_it G_kp) for p < t and i < k (3 q, c)."""
-        pair = pairs(self.G.shape[1])
-        one, other = self.G[:, pair.first[: pair.crossed]], self.G[:, pair.second[: pair.crossed]]
-        return np.ascontiguousarray(np.concatenate([(one[p] * other[t] - one[t] * other[p]).T for p, t in ODD]))
+    def N_b(self) -> list[np.ndarray]:
+        """By factor in z, N_is b_k |g_z|^2 (s c, 4 i) of the functions that have it."""
+        b, N, in_z = (self.b / self.scale)[:, : self.columns.count], self.columns.N, self.columns.in_z
+        own = [N[: 3 if number else 2, in_z == number] for number in range(in_z.max() + 1)]
+        return [np.einsum("sic,kc->scki", part, b).reshape(-1, 4 * part.shape[1]) for part in own]
 
 
 def form(parts: Integrand) -> Form:
     """Form of an Integrand."""
-    G = np.ascontiguousarray((parts.G @ _frames(parts.g_z)).transpose(2, 1, 0))
-    b = parts.bilinear.T / np.einsum("qp,qp->q", parts.g_z, parts.g_z)
-    return Form(G, np.ascontiguousarray(parts.volume), np.ascontiguousarray(b))
+    columns, frames = parts.columns, _frames(parts.g_z)
+    order = columns.order
+    G = np.ascontiguousarray((parts.G @ frames)[order].transpose(2, 1, 0))
+    scale = 1 / np.einsum("qp,qp->q", parts.g_z, parts.g_z)[order]
+    b = np.ascontiguousarray(parts.bilinear[order].T * scale)
+    R = np.ascontiguousarray((columns.inverse @ frames[order]).transpose(1, 2, 0)).reshape(9, -1)
+    return Form(G, np.ascontiguousarray(parts.volume[order]), b, columns, R, scale)
 
 
 def _frames(g_z: np.ndarray) -> np.ndarray:
@@ -143,16 +146,17 @@ class HyperelasticElements:
 
     def _tangent(self, own: Form, F: np.ndarray, C: np.ndarray, upper: np.ndarray, lower: np.ndarray) -> None:
         """Fill the packed tangents (e, 6, m) and (e, 3, c) of elements of one form."""
-        e, _, _, q = F.shape
-        even, odd, compliance = np.empty((e, 6, 6, q)), np.empty((e, 3, 3, q)), np.empty((e, q))
-        T = np.empty_like(F) if self.relax else np.empty((0, 3, 3, q))
-        rubber.elasticity(self._law, self.shear, self.relax, F, C, own.volume, even, odd, T, compliance)
-        np.matmul(even.reshape(6 * e, -1), own.even, out=upper.reshape(6 * e, -1))
-        np.matmul(odd.reshape(3 * e, -1), own.odd, out=lower.reshape(3 * e, -1))
-        rubber.combine(upper, lower)
+        columns, products = own.columns, own.products
+        e, s, c = len(F), len(columns.zeta), columns.count
+        A, T, compliance = np.empty(e * products.rows.sum() * c), np.empty((e, 3, s, c)), np.empty((e, len(own.volume)))
+        points = F, C, own.volume, own.R, columns.zeta, columns.levels, own.scale
+        moduli.elasticity(self._law, self.shear, self.relax, *points, products.rows, A, T, compliance)
+        products.tangents(A, upper, lower)
         if self.relax:
-            H = (compliance @ own.b_b).reshape(e, 4, 4)
-            L = (T.reshape(3 * e, -1) @ own.G_b).reshape(e, 3, 4, -1)
+            H, L = (compliance @ own.b_b).reshape(e, 4, 4), np.empty((e, 3, 4, len(columns.in_z)))
+            for number, table in enumerate(own.N_b):
+                part = T[:, :, slots(number)].reshape(3 * e, -1) @ table
+                L[..., columns.in_z == number] = part.reshape(e, 3, 4, -1)
             relaxation.add_low_rank(H, L, upper, lower)
 
     def _strained(self, own: Form, Q: np.ndarray, more: Terms = ()) -> tuple[np.ndarray, np.ndarray]:

@@ -30,7 +30,7 @@ import numpy as np
 
 from ancf.free_edge import DECAY, fading, strip
 from ancf.mesh import Mesh, Special
-from ancf.shape import ShapeValues, Wider
+from ancf.shape import Kink, ShapeValues, Wider, numbered
 from ancf.subdomain import GROOVE, Band, Feature, Outlined, division, face_rule, thickness_range
 
 DIRECTOR = ("r_z", "d_e")
@@ -41,7 +41,7 @@ WIDE = 3.0  # times 1 / decay: in a narrower element e and N are so alike that t
 
 
 class Through(NamedTuple):
-    """T(z) = z - floor beyond the floor on the face (BOTTOM or TOP), zero elsewhere.
+    """T(z) of `shape.Kink`, by face and floor.
 
     decay: by parameter, of functions that fade out from the grid line across the axis `across`, else 0.
     """
@@ -51,10 +51,10 @@ class Through(NamedTuple):
     across: int = 0
     decay: float = 0.0
 
-    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Value and derivative (q,)."""
-        beyond = self.face * (z - self.floor) > 0
-        return beyond * (z - self.floor), beyond * 1.0
+    @property
+    def kink(self) -> Kink:
+        """T."""
+        return Kink(self.face, self.floor)
 
 
 class LayerVector(NamedTuple):
@@ -79,9 +79,15 @@ class Layered(Wider):
         return self.base.kinds + (KIND,) * len(self.own)
 
     @property
-    def levels(self) -> list[float]:
-        """Where the functions have a kink."""
-        return sorted({through.floor for _, through in self.own})
+    def kinks(self) -> tuple[Kink, ...]:
+        """The T of its functions."""
+        return numbered(through.kink for _, through in self.own)
+
+    @property
+    def in_z(self) -> tuple[int, ...]:
+        """As in `Plate`."""
+        first, kinks = len(self.base.somewhere), self.kinks
+        return (*self.base.in_z, *(first + kinks.index(through.kink) for _, through in self.own))
 
     def lines(self, axis: int) -> list[float]:
         """Where they have a kink along x or y: nowhere."""
@@ -94,7 +100,7 @@ class Layered(Wider):
             N[across, side, decay], N_p[across, side, decay] = self._in_plane(points, size, across, side, decay)
         S, S_p = [base.S], [base.S_p]
         for i, through in self.own:
-            (T, T_z), own = through(points[:, 2]), self._fade(i, through)
+            (T, T_z), own = through.kink(points[:, 2]), self._fade(i, through)
             f, (f_x, f_y) = N[own][:, i], N_p[own][:, i].T
             S.append((f * T)[:, None])
             S_p.append(np.stack([f_x * T, f_y * T, f * T_z], axis=1)[:, None])

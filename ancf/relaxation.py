@@ -23,8 +23,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancf.rubber import AB, cofactors, compiled, factors, inlined, inverse_cube_roots
+from ancf.packing import DIRECTIONS
+from ancf.rubber import cofactors, compiled, factors, inlined, inverse_cube_roots
 
+AB = np.array(DIRECTIONS)
 MOST = 25  # iterations
 CLOSE = 1e-7  # change of e whose square no longer counts
 LEAST = 0.2  # of J^2, that is left by one iteration

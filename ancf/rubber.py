@@ -14,11 +14,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from ancf.packing import DIRECTIONS
-
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)])
 OF = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # place of (p, r) in VOIGT
-AB = np.array(DIRECTIONS)
 NEAR = 0.6  # of det C and its inverse: in between its cube root is iterated
 FAST = {"reassoc", "contract", "nsz"}  # may regroup sums; NaN and infinity keep their meaning
 compiled = njit(cache=True, fastmath=FAST, error_model="numpy")
@@ -137,98 +134,3 @@ def stresses(law, shear, F, C, volume, T):
             _, f1, f2, s, _ = factors(mu10, mu01, bulk, I1, I2, square, roots[q])
             stress_at(C[e], q, K, I1, f1, f2, s / square, shear, S)
             pushed(F[e], q, S, volume[q], T[e])
-
-
-@inlined
-def moduli_at(C, q, K, I1, f1, f2, s, c, square, shear, M):
-    """Fill M (6, 6) with dS/dE at a point, rows and columns of transverse shears times `shear`."""
-    half = np.empty(6)
-    for m in range(6):
-        K[m] /= square  # C^-1 from here on
-        half[m] = 8.0 / 3.0 * f2 * C[m, q] + c / 2.0 * K[m]
-        if m < 3:
-            half[m] += -4.0 / 3.0 * f1 - 8.0 / 3.0 * f2 * I1
-    for m in range(6):
-        p, r = VOIGT[m]
-        for n in range(m, 6):
-            a, b = VOIGT[n]
-            value = half[m] * K[n] + K[m] * half[n] - s * (K[OF[p, a]] * K[OF[r, b]] + K[OF[p, b]] * K[OF[r, a]])
-            if m < 3 and n < 3 and m != n:
-                value += 4.0 * f2
-            if m == n and m > 2:
-                value -= 2.0 * f2
-            if m == 3 or m == 4:
-                value *= shear
-            if n == 3 or n == 4:
-                value *= shear
-            M[m, n] = M[n, m] = value
-
-
-@inlined
-def elasticity_at(F, q, S, M, weight, even, odd):
-    """Fill A of `elasticity` at a point."""
-    FM = np.empty((3, 3, 6))
-    for a in range(3):
-        x, y, z = weight * F[a, 0, q], weight * F[a, 1, q], weight * F[a, 2, q]
-        for n in range(6):
-            FM[a, 0, n] = x * M[0, n] + y * M[5, n] + z * M[4, n]
-            FM[a, 1, n] = x * M[5, n] + y * M[1, n] + z * M[3, n]
-            FM[a, 2, n] = x * M[4, n] + y * M[3, n] + z * M[2, n]
-    for d in range(6):
-        a, b = AB[d]
-        x, y, z = F[b, 0, q], F[b, 1, q], F[b, 2, q]
-        for j in range(6):
-            p, t = VOIGT[j]
-            one = FM[a, p, OF[t, 0]] * x + FM[a, p, OF[t, 1]] * y + FM[a, p, OF[t, 2]] * z
-            if d < 3:
-                even[d, j, q] = one + weight * S[j]
-            elif j < 3:
-                even[d, j, q] = one
-            else:
-                other = FM[a, t, OF[p, 0]] * x + FM[a, t, OF[p, 1]] * y + FM[a, t, OF[p, 2]] * z
-                even[d, j, q] = 0.5 * (one + other)
-                odd[d - 3, j - 3, q] = 0.5 * (one - other)
-
-
-@compiled
-def elasticity(law, shear, condensed, F, C, volume, even, odd, T, compliance):
-    """Fill the parts of A, even (e, 6, 6, q) and odd (e, 3, 3, q) in (p, t), in N m, by the DIRECTIONS (a, b).
-
-    condensed: take the normal stress out of the moduli, and fill T (e, 3, 3, q) = F_ar (n n : C)_rp / D dV and
-    compliance (e, q) = dV^2 / D / dV, D = n n : C : n n, of `ancf.relaxation`.
-    """
-    mu10, mu01, bulk = law
-    K, S, M, unit = np.empty(6), np.empty(6), np.empty((6, 6)), np.empty(6)
-    squares, roots = np.empty(len(volume)), np.empty(len(volume))
-    for e in range(len(C)):
-        determinants(C[e], squares, roots)
-        for q in range(len(volume)):
-            I1, I2, square = cofactors(C[e], q, K)
-            _, f1, f2, s, c = factors(mu10, mu01, bulk, I1, I2, square, roots[q])
-            stress_at(C[e], q, K, I1, f1, f2, s / square, shear, S)
-            moduli_at(C[e], q, K, I1, f1, f2, s, c, square, shear, M)
-            if condensed:
-                compliance[e, q] = volume[q] / M[2, 2]
-                for n in range(6):
-                    unit[n] = M[2, n] / M[2, 2]
-                pushed(F[e], q, unit, volume[q], T[e])
-                for m in range(6):
-                    for n in range(6):
-                        if m != 2:
-                            M[m, n] -= M[m, 2] * unit[n] if n != 2 else 0.0
-                for n in range(6):
-                    M[2, n] = M[n, 2] = 0.0
-            elasticity_at(F[e], q, S, M, volume[q], even[e], odd[e])
-
-
-@compiled
-def combine(upper, lower):
-    """Sum and difference: upper (e, 6, m) holds products even in (p, t), lower (e, 3, c) odd ones.
-
-    Those of the pairs i < k in the directions a < b become the entries (ia, kb) and (ka, ib).
-    """
-    for e in range(len(lower)):
-        for d in range(3):
-            for j in range(lower.shape[2]):
-                even, odd = upper[e, d + 3, j], lower[e, d, j]
-                upper[e, d + 3, j], lower[e, d, j] = even + odd, even - odd

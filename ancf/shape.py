@@ -10,6 +10,7 @@ y = 0, x = a, y = b, x = 0.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
@@ -19,6 +20,18 @@ import numpy as np
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 # Axis along which an edge runs, and the corner where it begins.
 EDGES = ((0, (0, 0)), (1, (1, 0)), (0, (0, 1)), (1, (0, 0)))
+
+
+class Kink(NamedTuple):
+    """T(z) = z - floor beyond the floor on the face (BOTTOM or TOP), zero elsewhere."""
+
+    face: int
+    floor: float
+
+    def __call__(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Value and derivative (q,)."""
+        beyond = self.face * (z - self.floor) > 0
+        return beyond * (z - self.floor), beyond * 1.0
 
 
 class ShapeValues(NamedTuple):
@@ -87,6 +100,20 @@ class Plate:
         """The nodal vectors of an element that are positions."""
         return tuple(i for i, kind in enumerate(self.kinds) if kind == "r")
 
+    @property
+    def in_z(self) -> tuple[int, ...]:
+        """Number in `z_factors` of the factor in z of each function (i,)."""
+        return tuple(_factors(self)[2][: len(self.kinds)].tolist())
+
+    @property
+    def somewhere(self) -> tuple[float, ...]:
+        """A z at which each factor of `z_factors` is not zero."""
+        return (0.0, 1.0)
+
+    def z_factors(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Factors in z of the functions and their slopes (k, q)."""
+        return _through(z)
+
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
         """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b), also (q,)."""
         x, y, z = np.asarray(points, dtype=float).T
@@ -136,6 +163,31 @@ class Wider:
     def layer(self) -> int | None:
         """As in the base."""
         return self.base.layer
+
+    @property
+    def kinks(self) -> tuple[Kink, ...]:
+        """Factors in z beside those of the base, which have a kink each."""
+        raise NotImplementedError
+
+    @property
+    def levels(self) -> list[float]:
+        """Where the functions have a kink along z."""
+        return sorted({kink.floor for kink in self.kinks})
+
+    @property
+    def somewhere(self) -> tuple[float, ...]:
+        """As in `Plate`."""
+        return (*self.base.somewhere, *(kink.floor + kink.face for kink in self.kinks))
+
+    def z_factors(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """As in `Plate`."""
+        own = [self.base.z_factors(z), *(np.array([kink(z)]).swapaxes(0, 1) for kink in self.kinks)]
+        return tuple(np.concatenate(parts) for parts in zip(*own, strict=True))
+
+
+def numbered(kinks: Iterable[Kink]) -> tuple[Kink, ...]:
+    """Each of them once, in order."""
+    return tuple(sorted(set(kinks)))
 
 
 LINEAR, BUBBLE = 4, 6  # where they begin in `_along`

@@ -135,8 +135,9 @@ def element_rule(
         return through_thickness(replace(plane, degree=NO_PROMISE), z_min, z_max, points[2], levels)
     if not touching and not levels:
         return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
-    plane, z_min, z_max = _plane(cell, touching, thickness, points, thin=True, spare=integration == "sparing")
-    return through_thickness(plane, z_min, z_max, points[2], levels)
+    spare = integration == "sparing"
+    plane, z_min, z_max = _plane(cell, touching, thickness, points, thin=True, spare=spare)
+    return through_thickness(plane, z_min, z_max, points[2], levels, thickness if spare else None)
 
 
 def face_rule(
@@ -152,21 +153,31 @@ def face_rule(
 
 
 def through_thickness(
-    plane: Rule, z_min: np.ndarray, z_max: np.ndarray, count: int, levels: Sequence[float] = ()
+    plane: Rule,
+    z_min: np.ndarray,
+    z_max: np.ndarray,
+    count: int,
+    levels: Sequence[float] = (),
+    thickness: float | None = None,
 ) -> Rule:
     """Rule in (x, y, z): columns over the points of `plane`, from their z_min to their z_max (q,).
 
-    `count` Gauss points in each part of a column between the increasing levels.
+    `count` Gauss points in each part of a column between the increasing levels; with a thickness, of which `count` are
+    for the whole, the fewest that err no more in a part (see `sparing`).
     """
-    line = gauss(count)
     faces = [z_min, *(np.clip(level, z_min, z_max) for level in levels), z_max]
     faces = np.stack([np.broadcast_to(z, plane.weights.shape) for z in faces], axis=1)
-    half = np.diff(faces)[..., None] / 2
-    z = faces[:, :-1, None] + half * (1 + line.points[:, 0])
-    weights = plane.weights[:, None, None] * half * line.weights
-    some = np.broadcast_to(half > 0, z.shape).ravel()
-    points = np.column_stack([np.repeat(plane.points, z[0].size, axis=0), z.ravel()])
-    return Rule(points[some], weights.ravel()[some], min(plane.degree, line.degree))
+    z, weights, degree = [], [], plane.degree
+    for low, half in zip(faces.T, np.diff(faces).T / 2, strict=False):
+        few = count if thickness is None else max(LINEAR, sparing(min(1.0, float(2 * half.max() / thickness)), count))
+        line = gauss(min(few, count))
+        z.append(low[:, None] + half[:, None] * (1 + line.points[:, 0]))
+        weights.append((plane.weights * half)[:, None] * line.weights)
+        degree = min(degree, line.degree)
+    z, weights = np.hstack(z), np.hstack(weights)
+    some = (weights != 0).ravel()
+    points = np.column_stack([np.repeat(plane.points, z.shape[1], axis=0), z.ravel()])
+    return Rule(points[some], weights.ravel()[some], degree)
 
 
 @cache

@@ -34,7 +34,7 @@ from ancf.free_edge import DECAY, fading
 from ancf.layer import Through, through
 from ancf.mesh import Mesh, Special
 from ancf.nurbs import curve_derivatives
-from ancf.shape import ShapeValues, Wider
+from ancf.shape import Kink, ShapeValues, Wider, numbered
 from ancf.subdomain import GROOVE, Band, Feature
 
 KINDS = ("r_w", "d_w", "l_w")
@@ -75,9 +75,16 @@ class Walled(Wider):
         return self.base.kinds + tuple(kind for wall in self.walls for kind in wall.kinds)
 
     @property
-    def levels(self) -> list[float]:
-        """Where the functions have a kink along z: on the floors of lips."""
-        return sorted({wall.lip.floor for wall in self.walls if wall.lip is not None})
+    def kinks(self) -> tuple[Kink, ...]:
+        """The T of its lips."""
+        return numbered(wall.lip.kink for wall in self.walls if wall.lip is not None)
+
+    @property
+    def in_z(self) -> tuple[int, ...]:
+        """As in `Plate`."""
+        first, kinks = len(self.base.somewhere), self.kinks
+        of_walls = [(0, 1, *(first + kinks.index(wall.lip.kink) for _ in wall.kinds[PLAIN:])) for wall in self.walls]
+        return (*self.base.in_z, *(number for numbers in of_walls for number in numbers))
 
     def lines(self, axis: int) -> list[float]:
         """Where they have a kink on an axis, from the element's corner."""
@@ -94,7 +101,7 @@ class Walled(Wider):
             S_p.append(np.stack([np.stack([f_x, f_y, zero], axis=1), np.stack([z * f_x, z * f_y, f], axis=1)], axis=1))
             if wall.lip is not None:
                 f, f_x, f_y = _fading(wall, points, size)
-                T, T_z = wall.lip(z)
+                T, T_z = wall.lip.kink(z)
                 S.append((f * T)[:, None])
                 S_p.append(np.stack([f_x * T, f_y * T, f * T_z], axis=1)[:, None])
         return ShapeValues(np.concatenate(S, axis=1), np.concatenate(S_p, axis=1))

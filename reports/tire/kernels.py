@@ -20,7 +20,7 @@ RUN = "tire.kernels"
 MESH = [12, 5]  # of the quarter: 24 x 10 elements of the whole tire
 BARS = {"force_us": 10.0, "tangent_us": 60.0}
 PARTS = {  # of a tangent, by what computes them; what is left are matrix products
-    "law": (("rubber", "add_cauchy_green"), ("rubber", "elasticity"), ("rubber", "combine")),
+    "law": (("rubber", "add_cauchy_green"), ("moduli", "elasticity")),
     "thickness": (("relaxation", "relax"), ("relaxation", "add_low_rank")),
 }
 REPEATS = 7
@@ -73,10 +73,10 @@ def _row(group, Q: np.ndarray) -> dict[str, Any]:
 
 
 def _products(group) -> tuple[float, float]:
-    """Least seconds that BLAS takes for the products of all elements' even and odd parts, and their operations."""
+    """Least seconds that BLAS takes for the products of all elements' moduli, and their operations."""
     calls, operations = [], 0.0
     for form, number in zip(*np.unique(group.form_of, return_counts=True), strict=True):
-        for rows, table in ((6, group.forms[form].even), (3, group.forms[form].odd)):
+        for rows, table in group.forms[form].products.parts:
             calls.append((np.ones((rows * number, len(table))), table))
             operations += 2.0 * rows * number * table.size
     return least(lambda: [part @ table for part, table in calls], REPEATS), operations
@@ -85,9 +85,9 @@ def _products(group) -> tuple[float, float]:
 @contextmanager
 def _clocked() -> Iterator[dict[str, float]]:
     """CPU seconds by part of what computes tangents inside."""
-    from ancf import relaxation, rubber
+    from ancf import moduli, relaxation, rubber
 
-    modules, spent = {"rubber": rubber, "relaxation": relaxation}, {}
+    modules, spent = {"rubber": rubber, "moduli": moduli, "relaxation": relaxation}, {}
 
     def timed(part: str, function: Callable) -> Callable:
         def call(*arguments):
@@ -160,11 +160,12 @@ ROWS = (
 def blocks(outcomes: list[Outcome]) -> list:
     """Where the time of a tangent goes."""
     words = [
-        "A tangent sums, over all points, products of the gradients of every pair of functions, nine by nine. Elements "
-        "with kinks at grooves have more functions and, groove by groove, more points; the products grow with the "
-        "points times the square of the functions. The paper's element has 16 functions, and 32 points of a 4 x 4 x 2 "
-        "rule without grooves: its cost is on the page about speed. What the products alone take is measured beside "
-        "the tangent, as matrix products of the same shapes.",
+        "A tangent sums the moduli of the law over the points of each column through the thickness, and then, over all "
+        "columns, their products with the gradients of every pair of functions, nine by nine. Elements with kinks at "
+        "grooves have more functions and, groove by groove, more points; the law grows with the points, the products "
+        "with the columns times the square of the functions. The paper's element has 16 functions, and 32 points of a "
+        "4 x 4 x 2 rule without grooves: its cost is on the page about speed. What the products alone take is measured "
+        "beside the tangent, as matrix products of the same shapes.",
     ]
     rows = [row for o in outcomes if o.ok for row in o.get("rows") or ()]
     return [Text(words), Table("Microseconds per element of a tangent, one thread.", ROWS, rows)]

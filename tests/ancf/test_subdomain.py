@@ -386,3 +386,21 @@ def test_hundreds_of_elements_take_milliseconds():
             keys[key] = element_rule(cell, TWO, T, POINTS)
     assert len(keys) == 3
     assert time.perf_counter() - start < 0.2
+
+
+def test_sparing_rules_have_fewer_points_on_both_sides_of_a_kink():
+    """Two and two in place of three and three where it halves the thickness; three in a part that is most of it.
+
+    Three points in the whole thickness err by 1e-3 of a field that varies by exp(4) there: what is allowed in a part.
+    """
+    cell, levels = ((0.0, 1.0), (0.0, 1.0)), [0.0]
+
+    def kinked(rule):
+        z = rule.points[:, 2]
+        return rule.weights @ (np.maximum(z, 0) * np.exp(z / T)), len(np.unique(z))
+
+    (whole, many), (sparing, few) = (kinked(element_rule(cell, (), T, (4, 4, 3), way, levels)) for way in WAYS)
+    assert (many, few) == (6, 4)
+    assert sparing == pytest.approx(whole, rel=1e-3)
+    uneven = element_rule(cell, (), T, (4, 4, 3), "sparing", [0.4 * T])
+    assert len(np.unique(uneven.points[:, 2])) == 3 + 2

@@ -1,0 +1,350 @@
+"""The moduli of the Mooney-Rivlin law summed over the columns of elements, compiled; see `ancf.columns`.
+
+With the moduli dS/dE = C_prst, the stress S and the gradients R_Pp of the parameters in the frame of a point, the
+tangent needs
+
+    A_aPbT = R_Pp (S_pt delta_ab + F_ar C_rpst F_bs) R_Tt dV,
+
+of which each column keeps sums over its points with the factors zeta of two slots. With the strains V_aP that unit
+gradients make, six components each, it is V C V^T.
+
+LANES points are computed side by side: rows of a small array of their own, so that the compiler sees that they do not
+overlap and takes them for vectors of the processor. Formulas without loops are tuples for the same reason.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ancf.rubber import compiled, determinants, inlined
+
+LANES = 8
+# Rows of the work array: C, root, F, R, weight, scaled weight, compliance, normal strains, A.
+C_ROW, ROOT, F_ROW, R_ROW, WEIGHT, SCALED, COMPLIANCE, U_ROW, A_ROW, ROWS = 0, 6, 7, 16, 25, 26, 27, 28, 37, 91
+
+
+@inlined
+def load(source, at, count, w, row):
+    """Fill rows of w from `row` on with source (k, q) at `count` points from `at` on; lanes beyond repeat the last."""
+    for k in range(len(source)):
+        if count == LANES:
+            for l in range(LANES):
+                w[row + k, l] = source[k, at + l]
+        else:
+            for l in range(LANES):
+                w[row + k, l] = source[k, at + min(l, count - 1)]
+
+
+@inlined
+def dot(x, y):
+    """Sum of the products of six components."""
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
+
+
+@inlined
+def strain(F, R):
+    """F_p R_r of vectors (3,) in six components, F_p R_r + F_r R_p for p < r."""
+    x, y, z = F
+    r, s, t = R
+    return x * r, y * s, z * t, y * t + z * s, x * t + z * r, x * s + y * r
+
+
+@inlined
+def strains(F, R):
+    """Strains (3, 6) of one component F (3,) of the deformation gradient with each R (3, 3)."""
+    return strain(F, R[0]), strain(F, R[1]), strain(F, R[2])
+
+
+@inlined
+def scaled_dots(weight, x, M):
+    """Weight times x M (6,) of x (6,) and symmetric M (6, 6)."""
+    a, b, c = weight * dot(x, M[0]), weight * dot(x, M[1]), weight * dot(x, M[2])
+    return a, b, c, weight * dot(x, M[3]), weight * dot(x, M[4]), weight * dot(x, M[5])
+
+
+@inlined
+def modulus(K, half, s, i, j, pa, rb, pb, ra):
+    """h_i K_j + K_i h_j - s (K_pa K_rb + K_pb K_ra) of the components i = (p, r) and j = (a, b)."""
+    return half[i] * K[j] + K[i] * half[j] - s * (K[pa] * K[rb] + K[pb] * K[ra])
+
+
+@inlined
+def stress_and_moduli(law, shear, C, root):
+    """S (6,) and M (6, 6) = dS/dE of C (6,) at a point, transverse shears times `shear`; root = det C^(-1/3).
+
+    The formulas are those of `material.MooneyRivlin`, with K = C^-1.
+    """
+    mu10, mu01, bulk = law
+    C11, C22, C33, C23, C13, C12 = C
+    K11, K22, K33 = C22 * C33 - C23 * C23, C11 * C33 - C13 * C13, C11 * C22 - C12 * C12
+    K23, K13, K12 = C13 * C12 - C11 * C23, C12 * C23 - C22 * C13, C13 * C23 - C33 * C12
+    square = C11 * K11 + C12 * K12 + C13 * K13
+    I1, I2, J = C11 + C22 + C33, K11 + K22 + K33, np.sqrt(square)
+    f1, f2, inverse = mu10 * root, mu01 * root * root, 1.0 / square
+    s = -2.0 / 3.0 * f1 * I1 - 4.0 / 3.0 * f2 * I2 + bulk * (square - J)
+    c = 2.0 / 9.0 * f1 * I1 + 8.0 / 9.0 * f2 * I2 + bulk * (square - 0.5 * J)
+    K = K11 * inverse, K22 * inverse, K33 * inverse, K23 * inverse, K13 * inverse, K12 * inverse
+    on, more, f, g = 2.0 * f1 + 2.0 * f2 * I1, -4.0 / 3.0 * f1 - 8.0 / 3.0 * f2 * I1, 8.0 / 3.0 * f2, 2.0 * f2
+    S11, S22, S33 = s * K[0] - g * C11 + on, s * K[1] - g * C22 + on, s * K[2] - g * C33 + on
+    S23, S13, S12 = shear * (s * K[3] - g * C23), shear * (s * K[4] - g * C13), s * K[5] - g * C12
+    h11, h22, h33 = f * C11 + c * K[0] + more, f * C22 + c * K[1] + more, f * C33 + c * K[2] + more
+    half = h11, h22, h33, f * C23 + c * K[3], f * C13 + c * K[4], f * C12 + c * K[5]
+    M00, M01 = modulus(K, half, s, 0, 0, 0, 0, 0, 0), modulus(K, half, s, 0, 1, 5, 5, 5, 5) + 2.0 * g
+    M11, M12 = modulus(K, half, s, 1, 1, 1, 1, 1, 1), modulus(K, half, s, 1, 2, 3, 3, 3, 3) + 2.0 * g
+    M22, M02 = modulus(K, half, s, 2, 2, 2, 2, 2, 2), modulus(K, half, s, 0, 2, 4, 4, 4, 4) + 2.0 * g
+    M03, M04 = shear * modulus(K, half, s, 0, 3, 5, 4, 4, 5), shear * modulus(K, half, s, 0, 4, 0, 4, 4, 0)
+    M13, M14 = shear * modulus(K, half, s, 1, 3, 1, 3, 3, 1), shear * modulus(K, half, s, 1, 4, 5, 3, 3, 5)
+    M23, M24 = shear * modulus(K, half, s, 2, 3, 3, 2, 2, 3), shear * modulus(K, half, s, 2, 4, 4, 2, 2, 4)
+    M05, M15 = modulus(K, half, s, 0, 5, 0, 5, 5, 0), modulus(K, half, s, 1, 5, 5, 1, 1, 5)
+    M25, M55 = modulus(K, half, s, 2, 5, 4, 3, 3, 4), modulus(K, half, s, 5, 5, 0, 1, 5, 5) - g
+    M35, M45 = shear * modulus(K, half, s, 3, 5, 5, 3, 1, 4), shear * modulus(K, half, s, 4, 5, 0, 3, 5, 4)
+    both = shear * shear
+    M33, M34 = both * (modulus(K, half, s, 3, 3, 1, 2, 3, 3) - g), both * modulus(K, half, s, 3, 4, 5, 2, 3, 4)
+    M44 = both * (modulus(K, half, s, 4, 4, 0, 2, 4, 4) - g)
+    return (S11, S22, S33, S23, S13, S12), (
+        (M00, M01, M02, M03, M04, M05),
+        (M01, M11, M12, M13, M14, M15),
+        (M02, M12, M22, M23, M24, M25),
+        (M03, M13, M23, M33, M34, M35),
+        (M04, M14, M24, M34, M44, M45),
+        (M05, M15, M25, M35, M45, M55),
+    )
+
+
+@inlined
+def condensed_row(x, u):
+    """A row x (6,) of moduli without the normal stress; u (6,): n n : C / D."""
+    n = x[2]
+    return x[0] - n * u[0], x[1] - n * u[1], 0.0, x[3] - n * u[3], x[4] - n * u[4], x[5] - n * u[5]
+
+
+@inlined
+def condense(M):
+    """Moduli (6, 6) without the normal stress, and u = n n : C / D (6,)."""
+    a, b, n, c, d, e = M
+    inverse = 1.0 / n[2]
+    u = n[0] * inverse, n[1] * inverse, 1.0, n[3] * inverse, n[4] * inverse, n[5] * inverse
+    first = condensed_row(a, u), condensed_row(b, u), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return (*first, condensed_row(c, u), condensed_row(d, u), condensed_row(e, u)), u
+
+
+@inlined
+def store(w, k, l, x, y, z):
+    """Three rows of w from k on, in lane l."""
+    w[k, l], w[k + 1, l], w[k + 2, l] = x, y, z
+
+
+@inlined
+def store_block(w, k, l, VM, V, S):
+    """Nine rows of w from k on, in lane l: V M V^T of two components, plus S (3, 3)."""
+    x, y, z = V
+    for_x, for_y, for_z = VM
+    store(w, k, l, dot(for_x, x) + S[0], dot(for_x, y) + S[5], dot(for_x, z) + S[4])
+    store(w, k + 3, l, dot(for_y, x) + S[5], dot(for_y, y) + S[1], dot(for_y, z) + S[3])
+    store(w, k + 6, l, dot(for_z, x) + S[4], dot(for_z, y) + S[3], dot(for_z, z) + S[2])
+
+
+@inlined
+def row(w, k, l):
+    """Three rows of w from k on, in lane l."""
+    return w[k, l], w[k + 1, l], w[k + 2, l]
+
+
+@inlined
+def at_points(law, shear, condensed, w):
+    """Fill the rows of A, 3 P + T for each of DIRECTIONS, and if condensed those of compliance and normal strains."""
+    none = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for l in range(LANES):
+        weight, C = w[WEIGHT, l], (*row(w, C_ROW, l), *row(w, C_ROW + 3, l))
+        R = row(w, R_ROW, l), row(w, R_ROW + 3, l), row(w, R_ROW + 6, l)
+        S, M = stress_and_moduli(law, shear, C, w[ROOT, l])
+        V = strains(row(w, F_ROW, l), R), strains(row(w, F_ROW + 3, l), R), strains(row(w, F_ROW + 6, l), R)
+        if condensed:
+            w[COMPLIANCE, l] = weight / M[2][2]
+            M, u = condense(M)
+            f = w[SCALED, l]
+            store(w, U_ROW, l, f * dot(V[0][0], u), f * dot(V[0][1], u), f * dot(V[0][2], u))
+            store(w, U_ROW + 3, l, f * dot(V[1][0], u), f * dot(V[1][1], u), f * dot(V[1][2], u))
+            store(w, U_ROW + 6, l, f * dot(V[2][0], u), f * dot(V[2][1], u), f * dot(V[2][2], u))
+        x = scaled_dots(weight, V[0][0], M), scaled_dots(weight, V[0][1], M), scaled_dots(weight, V[0][2], M)
+        y = scaled_dots(weight, V[1][0], M), scaled_dots(weight, V[1][1], M), scaled_dots(weight, V[1][2], M)
+        z = scaled_dots(weight, V[2][0], M), scaled_dots(weight, V[2][1], M), scaled_dots(weight, V[2][2], M)
+        a, b, c = strains(R[0], R)
+        d, e = strain(R[1], R[1]), strain(R[1], R[2])
+        f = strain(R[2], R[2])
+        pushed = scaled_dots(weight, S, (a, d, f, e, c, b))
+        store_block(w, A_ROW, l, x, V[0], pushed)
+        store_block(w, A_ROW + 9, l, y, V[1], pushed)
+        store_block(w, A_ROW + 18, l, z, V[2], pushed)
+        store_block(w, A_ROW + 27, l, x, V[1], none)
+        store_block(w, A_ROW + 36, l, x, V[2], none)
+        store_block(w, A_ROW + 45, l, y, V[2], none)
+
+
+@inlined
+def add_even_mid(total, k, w, p):
+    """Add to three rows of total what is even in (P, T) of rows p to p + 9 of w, for slots of the mid-surface."""
+    for l in range(LANES):
+        total[k, l] += w[p, l]
+        total[k + 1, l] += w[p + 4, l]
+        total[k + 2, l] += 0.5 * (w[p + 1, l] + w[p + 3, l])
+
+
+@inlined
+def add_even(total, k, w, p, z, i):
+    """Add to six rows of total what is even in (P, T), for slots i to i + 3 with the factors z."""
+    for l in range(LANES):
+        x, y = z[i, l], z[i + 2, l]
+        square, both = x * x, 0.5 * x * y
+        total[k, l] += square * w[p, l]
+        total[k + 1, l] += square * w[p + 4, l]
+        total[k + 2, l] += y * y * w[p + 8, l]
+        total[k + 3, l] += both * (w[p + 5, l] + w[p + 7, l])
+        total[k + 4, l] += both * (w[p + 2, l] + w[p + 6, l])
+        total[k + 5, l] += 0.5 * square * (w[p + 1, l] + w[p + 3, l])
+
+
+@inlined
+def add_odd_mid(total, k, w, p):
+    """Add to a row of total what is odd in (P, T), for slots of the mid-surface."""
+    for l in range(LANES):
+        total[k, l] += 0.5 * (w[p + 1, l] - w[p + 3, l])
+
+
+@inlined
+def add_odd(total, k, w, p, z, i):
+    """Add to three rows of total what is odd in (P, T), for slots i to i + 3."""
+    for l in range(LANES):
+        x, y = z[i, l], z[i + 2, l]
+        both = 0.5 * x * y
+        total[k, l] += both * (w[p + 5, l] - w[p + 7, l])
+        total[k + 1, l] += both * (w[p + 2, l] - w[p + 6, l])
+        total[k + 2, l] += 0.5 * x * x * (w[p + 1, l] - w[p + 3, l])
+
+
+@inlined
+def add_cross_mid(total, k, w, p, by_P, by_T, z, j):
+    """Add to six rows of total those of w, for P of the mid-surface and slots j to j + 3."""
+    for l in range(LANES):
+        x, y = z[j, l], z[j + 2, l]
+        total[k, l] += x * w[p, l]
+        total[k + 1, l] += x * w[p + by_T, l]
+        total[k + 2, l] += y * w[p + 2 * by_T, l]
+        total[k + 3, l] += x * w[p + by_P, l]
+        total[k + 4, l] += x * w[p + by_P + by_T, l]
+        total[k + 5, l] += y * w[p + by_P + 2 * by_T, l]
+
+
+@inlined
+def add_cross(total, k, w, p, by_P, by_T, z, i, j):
+    """Add to nine rows of total those of w, for slots i to i + 3 and j to j + 3."""
+    for l in range(LANES):
+        xx, xy, yx, yy = z[i, l] * z[j, l], z[i, l] * z[j + 2, l], z[i + 2, l] * z[j, l], z[i + 2, l] * z[j + 2, l]
+        total[k, l] += xx * w[p, l]
+        total[k + 1, l] += xx * w[p + by_T, l]
+        total[k + 2, l] += xy * w[p + 2 * by_T, l]
+        total[k + 3, l] += xx * w[p + by_P, l]
+        total[k + 4, l] += xx * w[p + by_P + by_T, l]
+        total[k + 5, l] += xy * w[p + by_P + 2 * by_T, l]
+        total[k + 6, l] += yx * w[p + 2 * by_P, l]
+        total[k + 7, l] += yx * w[p + 2 * by_P + by_T, l]
+        total[k + 8, l] += yy * w[p + 2 * by_P + 2 * by_T, l]
+
+
+@inlined
+def add_up(total, w, z, later):
+    """Add the rows of A of one level to the blocks of total, in the order of `ancf.column_products`.
+
+    A factor in z that is zero at these points, below a floor, adds nothing.
+    """
+    k = 0
+    for second in range(later + 1):
+        j = 3 * second - 1
+        if second > 1 and not np.any(z[j + 2]):
+            k += 54 + 81 * (second - 1) + 45
+            continue
+        for first in range(second):
+            i = 3 * first - 1
+            for d in range(9):
+                p = A_ROW + 9 * (d if d < 6 else d - 3)
+                if first == 0 and d < 6:
+                    add_cross_mid(total, k, w, p, 3, 1, z, j)
+                elif first == 0:
+                    add_cross_mid(total, k, w, p, 1, 3, z, j)
+                elif d < 6:
+                    add_cross(total, k, w, p, 3, 1, z, i, j)
+                else:
+                    add_cross(total, k, w, p, 1, 3, z, i, j)
+                k += 9 if first else 6
+        for d in range(6):
+            if second:
+                add_even(total, k, w, A_ROW + 9 * d, z, j)
+            else:
+                add_even_mid(total, k, w, A_ROW + 9 * d)
+            k += 6 if second else 3
+        for d in range(3, 6):
+            if second:
+                add_odd(total, k, w, A_ROW + 9 * d, z, j)
+            else:
+                add_odd_mid(total, k, w, A_ROW + 9 * d)
+            k += 3 if second else 1
+
+
+@compiled
+def elasticity(law, shear, condensed, F, C, volume, R, zeta, levels, scale, rows, A, T, compliance):
+    """Fill A (e n c,) with the sums over the points of each column, in N m, block after block as `ancf.columns.blocks`
+    orders them: of each block (e, rows, c) of its elements.
+
+    law (mu10, mu01, bulk) in Pa; F (e, 3, 3, q), C (e, 6, q), volume (q,); R (9, q): gradients of the parameters in
+    the frames of the points; zeta (s, q), levels (l,) of `Columns`; rows (blocks,). condensed: take the normal stress
+    out of the moduli, fill T (e, 3, s, c) with the sums of F_ar (n n : C)_rp / D dV R_Pp zeta_s scale, scale (q,), and
+    compliance (e, q) = dV^2 / D / dV, D = n n : C : n n, of `ancf.relaxation`.
+    """
+    count, columns, later = len(zeta), levels[0], len(zeta) // 3
+    w, z, total = np.empty((ROWS, LANES)), np.empty((count, LANES)), np.empty((rows.sum(), LANES))
+    total_T, squares, roots = np.empty((3 * count, LANES)), np.empty(len(volume)), np.empty((1, len(volume)))
+    for e in range(len(C)):
+        own_C, own_F = C[e], F[e].reshape(9, -1)
+        determinants(own_C, squares, roots[0])
+        for begin in range(0, columns, LANES):
+            total[:] = 0.0
+            total_T[:] = 0.0
+            q = begin
+            for level in range(len(levels)):
+                lanes = min(LANES, levels[level] - begin)
+                if lanes <= 0:
+                    break
+                load(own_C, q, lanes, w, C_ROW)
+                load(roots, q, lanes, w, ROOT)
+                load(own_F, q, lanes, w, F_ROW)
+                load(R, q, lanes, w, R_ROW)
+                load(zeta, q, lanes, z, 0)
+                for l in range(LANES):
+                    w[WEIGHT, l] = volume[q + l] if l < lanes else 0.0
+                    w[SCALED, l] = w[WEIGHT, l] * scale[q + min(l, lanes - 1)]
+                if condensed:
+                    at_points(law, shear, True, w)
+                    for l in range(lanes):
+                        compliance[e, q + l] = w[COMPLIANCE, l]
+                    for a in range(3):
+                        for i in range(count):
+                            k, P = a * count + i, U_ROW + 3 * a + ((i + 1) % 3 if i > 1 else i)
+                            for l in range(LANES):
+                                total_T[k, l] += w[P, l] * z[i, l]
+                else:
+                    at_points(law, shear, False, w)
+                add_up(total, w, z, later)
+                q += levels[level]
+            lanes, k, start = min(LANES, columns - begin), 0, 0
+            for own in rows:
+                for r in range(own):
+                    at = start + (e * own + r) * columns + begin
+                    for l in range(lanes):
+                        A[at + l] = total[k + r, l]
+                k += own
+                start += len(C) * own * columns
+            if condensed:
+                for a in range(3):
+                    for i in range(count):
+                        for l in range(lanes):
+                            T[e, a, i, begin + l] = total_T[a * count + i, l]

@@ -18,7 +18,7 @@ from ancf.assembly import Assembly, MixedAssembly
 from ancf.functional import interpolation
 from ancf.mesh import Cell, Mesh
 from ancf.quadrature import gauss, onto_cell, tensor
-from ancf.subdomain import BOTTOM, Feature, face_rule, thickness_range
+from ancf.subdomain import BOTTOM, Feature, face_rule, signature, thickness_range
 
 SHIFT = 1e-6  # of the thickness: difference that the slope of a face is taken from
 
@@ -104,9 +104,17 @@ def face(
     integration: str = "subdomain",
 ) -> Face:
     """The face on a side, BOTTOM or TOP, with `counts` points along x and y in each subdomain."""
-    found = [_of_element(mesh, e, bands, thickness, counts, side, integration) for e in range(len(mesh.cells))]
-    points, share = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    element = np.repeat(np.arange(len(found)), [len(own) for own, _ in found])
+    seen: dict[tuple, _Profile] = {}
+    found = []
+    for cell in mesh.cells:
+        key = signature(cell, bands)
+        if key not in seen:
+            seen[key] = _profile(cell, bands, thickness, counts, side, integration)
+        found.append(seen[key])
+    corners = [np.array([x0, y0, 0.0]) for (x0, _), (y0, _) in mesh.cells]
+    points = [corner + own.points for corner, own in zip(corners, found, strict=True)]
+    share = np.concatenate([_share(mesh, e, own) for e, own in enumerate(found)])
+    element, points = np.repeat(np.arange(len(found)), [len(own) for own in points]), np.concatenate(points)
     rows = interpolation(mesh, element, points)
     vectors = [mesh.element(e).vectors for e in range(len(found))]
     number, S, numbers = _padded(rows, element, vectors)
@@ -115,25 +123,35 @@ def face(
     return Face(points, share, rows, element, number, S, numbers, places, nnz)
 
 
-def _of_element(mesh: Mesh, e: int, bands, thickness: float, counts, side: int, integration: str):
-    """Points (q, 3) of an element and the area (q,) of its undeformed face that each stands for."""
-    plane, z = _rule(mesh.cells[e], bands, thickness, counts, side, integration)
-    points = np.column_stack([plane.points, z])
+class _Profile(NamedTuple):
+    """What elements share that see the same of the bands: points (q, 3) from the element's corner, their weights dx dy
+    (q,), and the slopes (q,) of the face's height along x and y."""
+
+    points: np.ndarray
+    weights: np.ndarray
+    slopes: list[np.ndarray]
+
+
+def _profile(cell: Cell, bands: Sequence[Feature], thickness: float, counts, side: int, integration: str) -> _Profile:
+    """The rule over a cell, by subdomain or on one grid, on the face there."""
+    if integration != "global":
+        plane, z = face_rule(cell, bands, thickness, counts, side)
+    else:
+        plane = onto_cell(tensor(*map(gauss, counts)), cell)
+        z = thickness_range(bands, thickness, *plane.points.T)[side != BOTTOM]
+    (x0, _), (y0, _) = cell
+    points = np.column_stack([plane.points - (x0, y0), z])
+    return _Profile(points, plane.weights, _slopes(bands, thickness, *plane.points.T, side))
+
+
+def _share(mesh: Mesh, e: int, profile: _Profile) -> np.ndarray:
+    """Area (q,) of an element's undeformed face that each point stands for."""
     (x0, x1), (y0, y1) = mesh.cells[e]
     shape, vectors = mesh.element(e)
-    S_p = shape.evaluate(points - (x0, y0, 0.0), (x1 - x0, y1 - y0))[1]
+    S_p = shape.evaluate(profile.points, (x1 - x0, y1 - y0))[1]
     J = np.einsum("ic,qip->qpc", mesh.vectors[vectors], S_p)
-    slopes = _slopes(bands, thickness, *plane.points.T, side)
-    along_x, along_y = (J[:, axis] + slopes[axis][:, None] * J[:, 2] for axis in (0, 1))
-    return points, plane.weights * np.linalg.norm(np.cross(along_x, along_y), axis=1)
-
-
-def _rule(cell: Cell, bands: Sequence[Feature], thickness: float, counts, side: int, integration: str):
-    """Rule in (x, y) over a cell, by subdomain or on one grid, and the z (q,) of the face there."""
-    if integration != "global":
-        return face_rule(cell, bands, thickness, counts, side)
-    plane = onto_cell(tensor(*map(gauss, counts)), cell)
-    return plane, thickness_range(bands, thickness, *plane.points.T)[side != BOTTOM]
+    along_x, along_y = (J[:, axis] + profile.slopes[axis][:, None] * J[:, 2] for axis in (0, 1))
+    return profile.weights * np.linalg.norm(np.cross(along_x, along_y), axis=1)
 
 
 def _slopes(bands: Sequence[Feature], thickness: float, x: np.ndarray, y: np.ndarray, side: int) -> list[np.ndarray]:

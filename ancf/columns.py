@@ -46,13 +46,18 @@ class Columns:
         return int(self.levels[0])
 
 
+def numbers(points: np.ndarray) -> np.ndarray:
+    """Number of the column (q,) of each point (q, 2 or 3), those of a column one after the other."""
+    return np.cumsum(np.append(False, np.any(np.diff(points[:, :2], axis=0) != 0, axis=1)))
+
+
 def columns(shape: Plate | Wider, points: np.ndarray, size: tuple[float, float], inverse: np.ndarray) -> Columns:
     """Columns of points (q, 3), measured from the element's corner, those of a column one after the other.
 
     size: the element's sides. inverse (q, 3, 3): J_o^-1 at the points.
     """
-    first = np.flatnonzero(np.append(True, np.any(np.diff(points[:, :2], axis=0) != 0, axis=1)))
-    counts = np.diff(np.append(first, len(points)))
+    counts = np.bincount(numbers(points))
+    first = np.cumsum(counts) - counts
     longest = np.argsort(-counts, kind="stable")
     levels = (counts[:, None] > np.arange(counts.max())).sum(axis=0)
     order = np.concatenate([first[longest[:count]] + level for level, count in enumerate(levels)])

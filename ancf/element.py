@@ -14,8 +14,9 @@ Members of the family may add strains of their own that cost the quadratic form 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.polynomial.legendre import legvander2d
@@ -40,8 +41,8 @@ class Integrand:
 
     G (q, i, p): derivatives of the shape functions by reference position (1/m for positions).
     S (q, i): shape functions. volume (q,): weight of each point in m3. M (q, p, r, k): enhanced strains.
-    g_z (q, 3): gradient of z. bilinear (q, 4): the bilinear functions of the element's sides. columns: of the points;
-    None with enhanced strains.
+    g_z (q, 3): gradient of z. bilinear (q, 4): the bilinear functions of the element's sides. columns: finds those of
+    the points.
     """
 
     S: np.ndarray
@@ -50,7 +51,7 @@ class Integrand:
     M: np.ndarray
     g_z: np.ndarray
     bilinear: np.ndarray
-    columns: Columns | None = None
+    columns: Callable[[], Columns] | None = None
 
 
 def integrand(
@@ -72,13 +73,13 @@ def integrand(
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
     M = enhanced_strains(shape, rule, cell, inverse, volume, free) if enhanced else np.zeros((len(volume), 3, 3, 0))
     s, t = (points[:, :2] * 2 / size - 1).T
-    own = None if enhanced else columns(shape, points, size, inverse)
-    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]), own)
+    of_columns = partial(columns, shape, points, size, inverse)
+    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]), of_columns)
 
 
 def signed(part: Integrand, signs: np.ndarray) -> Integrand:
     """The integrand of an element whose nodal vectors times signs (i,) are those of `part`; see `ancf.image`."""
-    return replace(part, S=part.S * signs, G=part.G * signs[:, None]) if np.any(signs < 0) else part
+    return replace(part, S=part.S * signs, G=part.G * signs[:, None], columns=None) if np.any(signs < 0) else part
 
 
 def strain(Q: np.ndarray, G: np.ndarray, factors: np.ndarray = ONE) -> np.ndarray:

@@ -32,6 +32,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.polynomial.legendre import legvander, legvander2d
 
+from ancf.columns import numbers
 from ancf.free_edge import layer_strains
 from ancf.quadrature import Rule
 from ancf.shape import Plate
@@ -93,8 +94,7 @@ def _zeta(rule: Rule) -> np.ndarray:
 
     From the mean and the variance h^2 / 12 of z in each column.
     """
-    x, y, z = rule.points.T
-    column = np.cumsum(np.r_[False, (np.diff(x) != 0) | (np.diff(y) != 0)])
+    column, z = numbers(rule.points), rule.points[:, 2]
 
     def mean(values: np.ndarray) -> np.ndarray:
         return (np.bincount(column, rule.weights * values) / np.bincount(column, rule.weights))[column]

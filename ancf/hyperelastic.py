@@ -76,7 +76,7 @@ class Form:
 
 def form(parts: Integrand) -> Form:
     """Form of an Integrand."""
-    columns, frames = parts.columns, _frames(parts.g_z)
+    columns, frames = parts.columns(), _frames(parts.g_z)
     order = columns.order
     G = np.ascontiguousarray((parts.G @ frames)[order].transpose(2, 1, 0))
     scale = 1 / np.einsum("qp,qp->q", parts.g_z, parts.g_z)[order]
@@ -149,7 +149,7 @@ class HyperelasticElements:
         columns, products = own.columns, own.products
         e, s, c = len(F), len(columns.zeta), columns.count
         A, T, compliance = np.empty(e * products.rows.sum() * c), np.empty((e, 3, s, c)), np.empty((e, len(own.volume)))
-        points = F, C, own.volume, own.R, columns.zeta, columns.levels, own.scale
+        points = F, C, rubber.inverse_roots(C), own.volume, own.R, columns.zeta, columns.levels, own.scale
         moduli.elasticity(self._law, self.shear, self.relax, *points, products.rows, A, T, compliance)
         products.tangents(A, upper, lower)
         if self.relax:

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ancf.rubber import compiled, determinants, inlined
+from ancf.rubber import compiled, inlined
 
 LANES = 8
 # Rows of the work array: C, root, F, R, weight, scaled weight, compliance, normal strains, A.
@@ -72,7 +72,7 @@ def modulus(K, half, s, i, j, pa, rb, pb, ra):
 def stress_and_moduli(law, shear, C, root):
     """S (6,) and M (6, 6) = dS/dE of C (6,) at a point, transverse shears times `shear`; root = det C^(-1/3).
 
-    The formulas are those of `material.MooneyRivlin`, with K = C^-1.
+    The formulas are those of `material.MooneyRivlin` with K = C^-1, s and half of its c.
     """
     mu10, mu01, bulk = law
     C11, C22, C33, C23, C13, C12 = C
@@ -82,13 +82,13 @@ def stress_and_moduli(law, shear, C, root):
     I1, I2, J = C11 + C22 + C33, K11 + K22 + K33, np.sqrt(square)
     f1, f2, inverse = mu10 * root, mu01 * root * root, 1.0 / square
     s = -2.0 / 3.0 * f1 * I1 - 4.0 / 3.0 * f2 * I2 + bulk * (square - J)
-    c = 2.0 / 9.0 * f1 * I1 + 8.0 / 9.0 * f2 * I2 + bulk * (square - 0.5 * J)
+    half_c = 2.0 / 9.0 * f1 * I1 + 8.0 / 9.0 * f2 * I2 + bulk * (square - 0.5 * J)
     K = K11 * inverse, K22 * inverse, K33 * inverse, K23 * inverse, K13 * inverse, K12 * inverse
     on, more, f, g = 2.0 * f1 + 2.0 * f2 * I1, -4.0 / 3.0 * f1 - 8.0 / 3.0 * f2 * I1, 8.0 / 3.0 * f2, 2.0 * f2
     S11, S22, S33 = s * K[0] - g * C11 + on, s * K[1] - g * C22 + on, s * K[2] - g * C33 + on
     S23, S13, S12 = shear * (s * K[3] - g * C23), shear * (s * K[4] - g * C13), s * K[5] - g * C12
-    h11, h22, h33 = f * C11 + c * K[0] + more, f * C22 + c * K[1] + more, f * C33 + c * K[2] + more
-    half = h11, h22, h33, f * C23 + c * K[3], f * C13 + c * K[4], f * C12 + c * K[5]
+    h11, h22, h33 = f * C11 + half_c * K[0] + more, f * C22 + half_c * K[1] + more, f * C33 + half_c * K[2] + more
+    half = h11, h22, h33, f * C23 + half_c * K[3], f * C13 + half_c * K[4], f * C12 + half_c * K[5]
     M00, M01 = modulus(K, half, s, 0, 0, 0, 0, 0, 0), modulus(K, half, s, 0, 1, 5, 5, 5, 5) + 2.0 * g
     M11, M12 = modulus(K, half, s, 1, 1, 1, 1, 1, 1), modulus(K, half, s, 1, 2, 3, 3, 3, 3) + 2.0 * g
     M22, M02 = modulus(K, half, s, 2, 2, 2, 2, 2, 2), modulus(K, half, s, 0, 2, 4, 4, 4, 4) + 2.0 * g
@@ -252,21 +252,18 @@ def add_cross(total, k, w, p, by_P, by_T, z, i, j):
 
 
 @inlined
-def add_up(total, w, z, later):
-    """Add the rows of A of one level to the blocks of total, in the order of `ancf.column_products`.
-
-    A factor in z that is zero at these points, below a floor, adds nothing.
+def add_up(total, w, z, rows):
+    """Add the rows of A of one level to the blocks of total, which have `rows` (blocks,) each, in the order of
+    `ColumnProducts.blocks`. A factor in z that is zero at these points, below a floor, adds nothing.
     """
-    k = 0
-    for second in range(later + 1):
+    block, start = 0, 0
+    for second in range(len(z) // 3 + 1):
         j = 3 * second - 1
-        if second > 1 and not np.any(z[j + 2]):
-            k += 54 + 81 * (second - 1) + 45
-            continue
+        used = second < 2 or np.any(z[j + 2])
         for first in range(second):
-            i = 3 * first - 1
-            for d in range(9):
-                p = A_ROW + 9 * (d if d < 6 else d - 3)
+            each = rows[block] // 9
+            for d in range(9 if used else 0):
+                i, k, p = 3 * first - 1, start + d * each, A_ROW + 9 * (d if d < 6 else d - 3)
                 if first == 0 and d < 6:
                     add_cross_mid(total, k, w, p, 3, 1, z, j)
                 elif first == 0:
@@ -275,76 +272,91 @@ def add_up(total, w, z, later):
                     add_cross(total, k, w, p, 3, 1, z, i, j)
                 else:
                     add_cross(total, k, w, p, 1, 3, z, i, j)
-                k += 9 if first else 6
-        for d in range(6):
+            block, start = block + 1, start + rows[block]
+        for d in range(6 if used else 0):
+            k, p = start + d * (rows[block] // 6), A_ROW + 9 * d
             if second:
-                add_even(total, k, w, A_ROW + 9 * d, z, j)
+                add_even(total, k, w, p, z, j)
             else:
-                add_even_mid(total, k, w, A_ROW + 9 * d)
-            k += 6 if second else 3
-        for d in range(3, 6):
+                add_even_mid(total, k, w, p)
+        block, start = block + 1, start + rows[block]
+        for d in range(3 if used else 0):
+            k, p = start + d * (rows[block] // 3), A_ROW + 9 * (d + 3)
             if second:
-                add_odd(total, k, w, A_ROW + 9 * d, z, j)
+                add_odd(total, k, w, p, z, j)
             else:
-                add_odd_mid(total, k, w, A_ROW + 9 * d)
-            k += 3 if second else 1
+                add_odd_mid(total, k, w, p)
+        block, start = block + 1, start + rows[block]
+
+
+@inlined
+def load_level(C, roots, F, R, zeta, volume, scale, q, lanes, w, z):
+    """Fill w and z (s, LANES) with what `lanes` points from q on have; the weight of lanes beyond is zero."""
+    load(C, q, lanes, w, C_ROW)
+    load(F, q, lanes, w, F_ROW)
+    load(R, q, lanes, w, R_ROW)
+    load(zeta, q, lanes, z, 0)
+    for l in range(LANES):
+        at = q + min(l, lanes - 1)
+        w[ROOT, l], w[WEIGHT, l] = roots[at], volume[at] if l < lanes else 0.0
+        w[SCALED, l] = w[WEIGHT, l] * scale[at]
+
+
+@inlined
+def add_normal_strains(total, w, z):
+    """Add to total (3 s, LANES) the normal strains of w times the factors z (s, LANES) of the slots."""
+    count = len(z)
+    for a in range(3):
+        for i in range(count):
+            k, P = a * count + i, U_ROW + 3 * a + ((i + 1) % 3 if i > 1 else i)
+            for l in range(LANES):
+                total[k, l] += w[P, l] * z[i, l]
+
+
+@inlined
+def put(total, rows, columns, elements, e, begin, A):
+    """Put the rows of total (n, LANES) where A of `elasticity` has those of element e and columns from `begin` on."""
+    k, start = 0, 0
+    for own in rows:
+        for r in range(own):
+            at = start + (e * own + r) * columns + begin
+            for l in range(min(LANES, columns - begin)):
+                A[at + l] = total[k + r, l]
+        k, start = k + own, start + elements * own * columns
 
 
 @compiled
-def elasticity(law, shear, condensed, F, C, volume, R, zeta, levels, scale, rows, A, T, compliance):
-    """Fill A (e n c,) with the sums over the points of each column, in N m, block after block as `ancf.columns.blocks`
-    orders them: of each block (e, rows, c) of its elements.
+def elasticity(law, shear, condensed, F, C, roots, volume, R, zeta, levels, scale, rows, A, T, compliance):
+    """Fill A (e n c,) with the sums over the points of each column, in N m, block after block of `ColumnProducts`: of
+    each block (e, rows, c) of its elements.
 
-    law (mu10, mu01, bulk) in Pa; F (e, 3, 3, q), C (e, 6, q), volume (q,); R (9, q): gradients of the parameters in
-    the frames of the points; zeta (s, q), levels (l,) of `Columns`; rows (blocks,). condensed: take the normal stress
-    out of the moduli, fill T (e, 3, s, c) with the sums of F_ar (n n : C)_rp / D dV R_Pp zeta_s scale, scale (q,), and
-    compliance (e, q) = dV^2 / D / dV, D = n n : C : n n, of `ancf.relaxation`.
+    law (mu10, mu01, bulk) in Pa; F (e, 3, 3, q), C (e, 6, q), roots (e, q) = det C^(-1/3), volume (q,); R (9, q):
+    gradients of the parameters in the frames of the points; zeta (s, q), levels (l,) of `Columns`; rows (blocks,).
+    condensed: take the normal stress out of the moduli, fill T (e, 3, s, c) with the sums of F_ar (n n : C)_rp / D dV
+    R_Pp zeta_s scale, scale (q,), and compliance (e, q) = dV^2 / D / dV, D = n n : C : n n, of `ancf.relaxation`.
     """
-    count, columns, later = len(zeta), levels[0], len(zeta) // 3
+    count, columns = len(zeta), levels[0]
     w, z, total = np.empty((ROWS, LANES)), np.empty((count, LANES)), np.empty((rows.sum(), LANES))
-    total_T, squares, roots = np.empty((3 * count, LANES)), np.empty(len(volume)), np.empty((1, len(volume)))
+    normal = np.empty((3 * count, LANES))
     for e in range(len(C)):
-        own_C, own_F = C[e], F[e].reshape(9, -1)
-        determinants(own_C, squares, roots[0])
+        own_F = F[e].reshape(9, -1)
         for begin in range(0, columns, LANES):
-            total[:] = 0.0
-            total_T[:] = 0.0
-            q = begin
-            for level in range(len(levels)):
-                lanes = min(LANES, levels[level] - begin)
+            total[:], normal[:], q = 0.0, 0.0, begin
+            for reached in levels:
+                lanes = min(LANES, reached - begin)
                 if lanes <= 0:
                     break
-                load(own_C, q, lanes, w, C_ROW)
-                load(roots, q, lanes, w, ROOT)
-                load(own_F, q, lanes, w, F_ROW)
-                load(R, q, lanes, w, R_ROW)
-                load(zeta, q, lanes, z, 0)
-                for l in range(LANES):
-                    w[WEIGHT, l] = volume[q + l] if l < lanes else 0.0
-                    w[SCALED, l] = w[WEIGHT, l] * scale[q + min(l, lanes - 1)]
+                load_level(C[e], roots[e], own_F, R, zeta, volume, scale, q, lanes, w, z)
                 if condensed:
                     at_points(law, shear, True, w)
-                    for l in range(lanes):
-                        compliance[e, q + l] = w[COMPLIANCE, l]
-                    for a in range(3):
-                        for i in range(count):
-                            k, P = a * count + i, U_ROW + 3 * a + ((i + 1) % 3 if i > 1 else i)
-                            for l in range(LANES):
-                                total_T[k, l] += w[P, l] * z[i, l]
+                    compliance[e, q : q + lanes] = w[COMPLIANCE, :lanes]
+                    add_normal_strains(normal, w, z)
                 else:
                     at_points(law, shear, False, w)
-                add_up(total, w, z, later)
-                q += levels[level]
-            lanes, k, start = min(LANES, columns - begin), 0, 0
-            for own in rows:
-                for r in range(own):
-                    at = start + (e * own + r) * columns + begin
-                    for l in range(lanes):
-                        A[at + l] = total[k + r, l]
-                k += own
-                start += len(C) * own * columns
+                add_up(total, w, z, rows)
+                q += reached
+            put(total, rows, columns, len(C), e, begin, A)
             if condensed:
-                for a in range(3):
-                    for i in range(count):
-                        for l in range(lanes):
-                            T[e, a, i, begin + l] = total_T[a * count + i, l]
+                for k in range(3 * count):
+                    for l in range(min(LANES, columns - begin)):
+                        T[e, k // count, k % count, begin + l] = normal[k, l]

@@ -2,10 +2,11 @@
 
 The formulas are those of `material.MooneyRivlin`. Symmetric tensors have their six components (not doubled) in the
 order of VOIGT. Arrays of an element have its points q last: F (3, 3, q), C (6, q). With the second Piola-Kirchhoff
-stress S and the moduli dS/dE = C_prst, forces and tangents need
+stress S forces need
 
-    T_ap = F_ar S_rp dV    and    A_apbt = (S_pt delta_ab + F_ar C_rpst F_bs) dV.
+    T_ap = F_ar S_rp dV;
 
+what tangents need is in `ancf.moduli`.
 Every loop over points is one pass of a few hundred operations; as array expressions each of them would be a pass.
 """
 
@@ -15,7 +16,6 @@ import numpy as np
 from numba import njit
 
 VOIGT = np.array([(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)])
-OF = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # place of (p, r) in VOIGT
 NEAR = 0.6  # of det C and its inverse: in between its cube root is iterated
 FAST = {"reassoc", "contract", "nsz"}  # may regroup sums; NaN and infinity keep their meaning
 compiled = njit(cache=True, fastmath=FAST, error_model="numpy")
@@ -83,6 +83,15 @@ def factors(mu10, mu01, bulk, I1, I2, square, root):
     s = -2.0 / 3.0 * f1 * I1 - 4.0 / 3.0 * f2 * I2 + bulk * (square - J)
     c = 4.0 / 9.0 * f1 * I1 + 16.0 / 9.0 * f2 * I2 + bulk * (2.0 * square - J)
     return J, f1, f2, s, c
+
+
+@compiled
+def inverse_roots(C):
+    """det C^(-1/3) (e, q) of elements, C (e, 6, q)."""
+    squares, roots = np.empty(C.shape[2]), np.empty((len(C), C.shape[2]))
+    for e in range(len(C)):
+        determinants(C[e], squares, roots[e])
+    return roots
 
 
 @compiled

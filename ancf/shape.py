@@ -2,7 +2,8 @@
 
 The rest of the package knows of a member its `node_kinds` and `edge_kinds` (what the nodal vectors of a
 node and of an edge are), `kinds` and `positions` (those of one element; the functions of positions sum
-to one), `thickness`, `shear` and `layer` (see `ancf.enhanced`), `least_points` and `evaluate(points, size)`.
+to one), `thickness`, `shear` and `layer` (see `ancf.enhanced`), `least_points`, `evaluate(points, size)`, and the
+functions' factors in z: `in_z`, `z_factors(z)` and `somewhere` (see `ancf.columns`).
 
 Nodal vectors of an element: those of its corners (0,0), (1,0), (1,1), (0,1), then those of its edges
 y = 0, x = a, y = b, x = 0.

@@ -117,16 +117,18 @@ def element_rule(
     points: tuple[int, int, int],
     integration: Literal["subdomain", "sparing", "global"] = "subdomain",
     levels: Sequence[float] = (),
+    through: bool = False,
 ) -> Rule:
     """Rule over the material of one element: points (q, 3), weights (q,).
 
     points: Gauss points along x, y, z in each subdomain (Eq. 8), or in the whole element with
     integration "global" (Eq. 7); with "sparing" those of a whole element, and in a narrower subdomain the
     fewest that err no more there (see `sparing`). z follows the kept thickness at each (x, y), divided at
-    the increasing `levels` of z with as many points in each part. A curved section is
-    integrated over its own parameter, dy = y'(u) du, between its knots, so that a vertical tangent
-    costs no accuracy. Where an outline cuts the element, a polynomial of degree 2 points - 1 in each coordinate is
-    integrated as well as in a whole element. Raises GeometryError where a band leaves no material.
+    the increasing `levels` of z with as many points in each part; through: "sparing" holds for these parts too, which
+    strains that are not smooth in z, as enhanced ones, do not admit. A curved section is integrated over its own
+    parameter, dy = y'(u) du, between its knots, so that a vertical tangent costs no accuracy. Where an outline cuts the
+    element, a polynomial of degree 2 points - 1 in each coordinate is integrated as well as in a whole element. Raises
+    GeometryError where a band leaves no material.
     """
     touching = relevant(cell, bands)
     if integration == "global" and touching:
@@ -137,7 +139,7 @@ def element_rule(
         return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
     spare = integration == "sparing"
     plane, z_min, z_max = _plane(cell, touching, thickness, points, thin=True, spare=spare)
-    return through_thickness(plane, z_min, z_max, points[2], levels, thickness if spare else None)
+    return through_thickness(plane, z_min, z_max, points[2], levels, thickness if spare and through else None)
 
 
 def face_rule(
@@ -166,11 +168,12 @@ def through_thickness(
     for the whole, the fewest that err no more in a part (see `sparing`).
     """
     faces = [z_min, *(np.clip(level, z_min, z_max) for level in levels), z_max]
-    faces = np.stack([np.broadcast_to(z, plane.weights.shape) for z in faces], axis=1)
+    faces = np.stack([np.broadcast_to(z, plane.weights.shape) for z in faces])
     z, weights, degree = [], [], plane.degree
-    for low, half in zip(faces.T, np.diff(faces).T / 2, strict=False):
-        few = count if thickness is None else max(LINEAR, sparing(min(1.0, float(2 * half.max() / thickness)), count))
-        line = gauss(min(few, count))
+    for low, half in zip(faces[:-1], np.diff(faces, axis=0) / 2, strict=True):
+        if half.max() <= 0:
+            continue
+        line = gauss(count if thickness is None else _few(float(2 * half.max() / thickness), count))
         z.append(low[:, None] + half[:, None] * (1 + line.points[:, 0]))
         weights.append((plane.weights * half)[:, None] * line.weights)
         degree = min(degree, line.degree)
@@ -178,6 +181,11 @@ def through_thickness(
     some = (weights != 0).ravel()
     points = np.column_stack([np.repeat(plane.points, z.shape[1], axis=0), z.ravel()])
     return Rule(points[some], weights.ravel()[some], degree)
+
+
+def _few(share: float, count: int) -> int:
+    """Points for a part of the thickness between levels: `sparing`, but those that the mass needs."""
+    return min(count, max(LINEAR, sparing(min(1.0, share), count)))
 
 
 @cache

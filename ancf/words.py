@@ -11,7 +11,7 @@ def words(scene: Scene, level: AncfLevel) -> tuple[list[str], list[str]]:
     kind = scene.analysis.kind
     points = "x".join(str(count) for count in level.points)
     coordinates = 3 * len(FAMILY[level.element].kinds)
-    per = {"subdomain": "subdomain", "global": "element", "sparing": "element, fewer in narrow subdomains"}
+    per = {"subdomain": "subdomain", "global": "element", "sparing": "element, fewer in narrow parts of it"}
     rule = f"{points} Gauss points per {per[level.integration]}"
     strain = "small vibrations about the undeformed plate" if kind == "modes" else "large rotation and strain"
     modelled = [

@@ -225,7 +225,8 @@ class AncfLevel(Part):
 
     mesh: elements along x and y. points: Gauss points (x, y, z) in each subdomain, which is the
     whole element where no groove edge divides it. integration: "subdomain" or "global" (Eqs. 8, 7), or "sparing", which
-    takes the fewest points in a narrow subdomain that err no more there than `points` in a whole element.
+    takes the fewest points in a narrow subdomain that err no more there than `points` in a whole element; so it does in
+    parts of the thickness that kinks of rubber elements divide.
     contact_points: points along x and y in each subdomain of a face that may touch; as `points` where not stated.
     element: "enriched", which does not lock, the paper's "conforming" one, or "acm", whose mid-surface Chrono uses.
     fit: grid lines on the edges of grooves and protrusions and, where there is room, at these distances (in

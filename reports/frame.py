@@ -108,9 +108,17 @@ def print_figures(judged: Sequence[Figure]) -> None:
         print(f"{figure.name:30} {value:>10} {figure.unit:6} {state}")
 
 
-def status(judged: Sequence[Figure]) -> int:
-    """Exit status: 1 where a figure missed its bar, or has no value because a unit failed."""
-    return int(any(figure.judged and not figure.met for figure in judged))
+def crashed(found: Parts) -> list[Outcome]:
+    """The units that raised or were killed, each told on the error stream; a run with a named end did neither."""
+    own = [outcome for part in found.values() for outcome in part if outcome.measured.status.startswith("failed")]
+    for outcome in own:
+        print(f"FAILED  {outcome.measured.command}: {outcome.measured.status}", file=sys.stderr)
+    return own
+
+
+def status(judged: Sequence[Figure], found: Parts) -> int:
+    """Exit status: 1 where a figure missed its bar, or a unit crashed."""
+    return int(bool(crashed(found)) or any(figure.judged and not figure.met for figure in judged))
 
 
 def parser(name: str, lead: str) -> argparse.ArgumentParser:

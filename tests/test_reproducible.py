@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PLATE = ("ancf.rubber", "ancf.relaxation")
+PLATE = ("ancf.rubber", "ancf.relaxation", "ancf.moduli", "ancf.column_products")
 KERNELS = ("reference_fe.kernel", "reference_fe.rubber", "reference_fe.contact_kernel", *PLATE)
 SOLVE = """
 import hashlib

@@ -72,7 +72,7 @@ def test_grooves_without_depth_divide_every_row_that_has_none():
     assert max(depth for g in added for _, depth in g["profile"]["control_points"]) == savings.SEAM
 
 
-@pytest.mark.parametrize("unit", [savings.divided, savings.searched])
+@pytest.mark.parametrize("unit", [savings.divided, savings.repeated, savings.searched])
 def test_a_saving_is_measured_both_ways(unit):
     found = unit([4, 3])
     assert found["without"] > 0 and found["with"] > 0  # which is less is a matter of the machine's other work too

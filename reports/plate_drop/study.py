@@ -133,5 +133,5 @@ def main(words: Sequence[str] | None = None) -> int:
     frame.print_figures(judged)
     print(f"page: {path}")
     if (passed := frame.passed("plate_drop", gate_rows(found), options)) is not None:
-        return int(not passed)
-    return frame.status(judged)
+        return int(bool(frame.crashed(found)) or not passed)
+    return frame.status(judged, found)

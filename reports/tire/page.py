@@ -76,7 +76,7 @@ CHOSEN = (
     "Beside walls the tread ends with a free face; lips let it stay behind there (lips = true). Without them finer "
     "plates tend to a stiffer tire than finer solids do. They were chosen after seeing that, and their limits of "
     "room after seeing that on 24 x 10 elements one in the wide element of the shoulder makes the tread slide.",
-    'Narrow subdomains have fewer points (integration = "sparing"), and the tread has twice as many points around '
+    'Narrow parts of an element have fewer points (integration = "sparing"), and the tread has twice as many around '
     "that may touch the ground as it has points of integration, since the footprint is as coarse as they are.",
     "Where the ladder of the solid shows no order, its finest path is the limit. Sharp corners slow it down.",
 )

@@ -70,10 +70,11 @@ def repeated(mesh: list[int], **told: Any) -> dict[str, Any]:
 
 def _alone(mesh, bands, free=(), own=()):
     """A form for each element."""
+    from ancf.parity import NONE
     from ancf.sharing import Sharing
 
     every = np.arange(len(mesh.cells))
-    return Sharing(every, every, np.zeros_like(every), own)
+    return Sharing(every, every, np.zeros_like(every), own, (NONE,) * len(every))
 
 
 def searched(mesh: list[int], **told: Any) -> dict[str, Any]:

@@ -20,13 +20,15 @@ RUBBER = MooneyRivlin(0.8e6, 0.2e6, 29.6e6)
 SIZE = (1.0, 0.8)
 LIP, OTHER = Through(BOTTOM, -0.01, 1, 5.0), Through(TOP, 0.015, 0, 3.0)
 
+DIRECTORS = {name: [i for i, kind in enumerate(base.kinds) if kind == "r_z"][1:3] for name, base in FAMILY.items()}
+
 
 def shapes():
     yield from FAMILY.values()
     for base in FAMILY.values():
         yield Walled(base, (Wall(1, 0.3, 0, LIP, 1), Wall(1, 0.3, 1, LIP, 1), Wall(0, 0.6, 0)))
         yield Walled(base, (Wall(1, 0.3, 0, LIP, -1), Wall(0, 0.6, 1, OTHER)))
-        yield Layered(base, tuple((i, own) for i in (base.kinds.index("r_z"), 8) for own in (LIP, OTHER)))
+        yield Layered(base, tuple((i, own) for i in DIRECTORS[base.name] for own in (LIP, OTHER)))
 
 
 def uneven(seed=0):

@@ -8,10 +8,13 @@ import pytest
 from ancf import obstacle
 from ancf.contact import Contact, Pair, Reach
 from ancf.contact_law import Law, Motion, friction, part_inside, pressure_at_end, pressure_in_mean
-from ancf.face import face
+from ancf.face import _profile, _share, face
+from ancf.material import from_engineering
+from ancf.mesh import grid
 from ancf.nurbs import Curve
-from ancf.subdomain import BOTTOM, GROOVE, TOP, Band, Outlined
-from ancf.system import system
+from ancf.shape import FAMILY
+from ancf.subdomain import BOTTOM, GROOVE, TOP, Band, Outlined, thickness_range
+from ancf.system import body, system
 
 from .conftest import PLATES, THICKNESS
 
@@ -268,3 +271,29 @@ def test_what_damper_and_friction_take_in_a_step_of_any_length_is_never_negative
     step, q1 = pressed(acting, own, "sphere", LAW, True, 0.003 * (seed + 1))
     step.meetings[0].touch.slip[:] = 0.0
     assert step.touched(q1)[0].dissipated >= 0
+
+
+def test_elements_that_see_the_same_share_their_profile_and_keep_their_places():
+    """Four columns of elements with the same leaning groove each, but the last, whose groove is not as far in: every
+    point lies on the true face, and its share is what each element on its own gives."""
+    section = Curve(1, [0, 0, 1, 2, 3, 3], [[0.05, 0.0], [0.08, 0.02], [0.12, 0.02], [0.15, 0.0]])
+    places = (0.0, 0.3, 0.6, 0.88)
+    bands = [Band(TOP, GROOVE, 1, (at + 0.05, at + 0.15), moved(section, at)) for at in places]
+    lines = np.linspace(0.0, 1.2, 5), np.array([0.0, 0.3, 0.6])
+    mesh = grid(*lines, None, FAMILY["enriched"])
+    plate = body(mesh, bands, THICKNESS, from_engineering(2.0e6, 0.3), 1.0, (5, 5, 3))
+    acting = system(plate, np.zeros(mesh.vectors.size, dtype=bool), (), THICKNESS)
+    found = face(mesh, bands, THICKNESS, (4, 3), TOP, acting.assembly)
+    z_max = thickness_range(bands, THICKNESS, *found.points[:, :2].T)[1]
+    np.testing.assert_allclose(found.points[:, 2], z_max, atol=1e-15)
+    low = np.array([[x[0], y[0]] for x, y in mesh.cells])[found.element]
+    assert np.all((found.points[:, :2] > low) & (found.points[:, :2] < low + 0.3))
+    for e in range(len(mesh.cells)):
+        alone = _share(mesh, e, _profile(mesh.cells[e], bands, THICKNESS, (4, 3), TOP, "subdomain"))
+        np.testing.assert_allclose(found.share[found.element == e], alone, rtol=1e-9)
+    assert found.share.sum() == pytest.approx(0.6 * (1.2 - 8 * 0.03 + 8 * np.hypot(0.03, 0.02)), rel=1e-9)
+
+
+def moved(section, distance):
+    """A section moved across its band."""
+    return Curve(section.degree, section.knots, section.control_points + np.array([distance, 0.0]), section.weights)

@@ -7,6 +7,7 @@ from ancf.element import PointElements, integrand
 from ancf.hyperelastic import SHEAR, HyperelasticElements, form
 from ancf.material import MooneyRivlin, from_engineering
 from ancf.mesh import grid
+from ancf.moduli import stress_and_moduli
 from ancf.packing import packing
 from ancf.rubber import inverse_cube_roots
 from ancf.shape import FAMILY
@@ -183,3 +184,16 @@ def test_inverse_cube_roots_end_in_round_off(span):
     square[3] = -0.1
     inverse_cube_roots(square, root)
     assert np.isnan(root[3]) and np.isfinite(root[4:]).all()
+
+
+def test_the_compiled_moduli_are_those_of_the_material():
+    """dS/dE and S at a point, in six components, of a large strain; with a factor of the transverse shears."""
+    F = np.eye(3) + 0.2 * np.random.default_rng(3).standard_normal((3, 3))
+    E, factor, six = (F.T @ F - np.eye(3)) / 2, 0.9, [(0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)]
+    C, shears = tuple(2 * E[m] + (m[0] == m[1]) for m in six), np.array([1, 1, 1, factor, factor, 1])
+    law = (RUBBER.mu10, RUBBER.mu01, RUBBER.bulk)
+    S, M = stress_and_moduli.py_func(law, factor, C, np.linalg.det(F) ** (-2 / 3))
+    stress, tangent = RUBBER.stress(E), RUBBER.tangent(E)
+    np.testing.assert_allclose(S, [stress[m] for m in six] * shears, rtol=1e-12)
+    expected = [[tangent[*m, *n] for n in six] for m in six] * shears * shears[:, None]
+    np.testing.assert_allclose(M, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

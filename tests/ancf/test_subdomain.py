@@ -389,18 +389,26 @@ def test_hundreds_of_elements_take_milliseconds():
 
 
 def test_sparing_rules_have_fewer_points_on_both_sides_of_a_kink():
-    """Two and two in place of three and three where it halves the thickness; three in a part that is most of it.
+    """Two and two in place of three and three where it halves the thickness; three in a part that is most of it, and
+    none in a part that no column reaches.
 
     Three points in the whole thickness err by 1e-3 of a field that varies by exp(4) there: what is allowed in a part.
     """
     cell, levels = ((0.0, 1.0), (0.0, 1.0)), [0.0]
 
+    def heights(bands=(), levels=levels, **more):
+        rule = element_rule(cell, bands, T, (4, 4, 3), levels=levels, **more)
+        return rule, len(np.unique(rule.points[:, 2]))
+
     def kinked(rule):
         z = rule.points[:, 2]
-        return rule.weights @ (np.maximum(z, 0) * np.exp(z / T)), len(np.unique(z))
+        return rule.weights @ (np.maximum(z, 0) * np.exp(z / T))
 
-    (whole, many), (sparing, few) = (kinked(element_rule(cell, (), T, (4, 4, 3), way, levels)) for way in WAYS)
+    spared = {"integration": "sparing", "through": True}
+    (whole, many), (sparing, few) = heights(), heights(**spared)
     assert (many, few) == (6, 4)
-    assert sparing == pytest.approx(whole, rel=1e-3)
-    uneven = element_rule(cell, (), T, (4, 4, 3), "sparing", [0.4 * T])
-    assert len(np.unique(uneven.points[:, 2])) == 3 + 2
+    assert kinked(sparing) == pytest.approx(kinked(whole), rel=1e-3)
+    assert heights(levels=[0.4 * T], **spared)[1] == 3 + 2
+    deep = heights((Band(TOP, GROOVE, 0, (-1.0, 2.0), 0.7 * T),), **spared)
+    assert deep[0].weights.sum() == pytest.approx(0.3 * T, rel=1e-14) and deep[1] == 2
+    assert heights(integration="sparing")[1] == 6

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -14,11 +13,11 @@ from compare.result import Result
 from compare.scene import load
 from compare.verdict import Figure, at_most, stated
 from reports.hard_cases.chapter import Asked, Outcome
+from reports.tire.runs import solved
 
 SCENE = "rolling_tire"
 HALVES = 2  # of the scene, that make the tire
 RUN = "tire.rolling.rolling"
-SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 STEADY = 0.7  # s: from here on it rolls; the rim is at its height at 0.5 s
 LOCKED = {"rim.spin": [0.0, 0.0, 0.0], "initial.angular_velocity": [0.0, 0.0, 0.0], "analysis.until": 0.3}
 MESHES = {"quick": ([16, 4],), "standard": ([16, 4], [24, 5]), "full": ([16, 4], [24, 5], [32, 8])}
@@ -44,7 +43,7 @@ def rolling(solver: str = "ancf", way: str = "rolling", **level: Any) -> dict[st
     scene = load(SCENE)
     own = scene.ladder(solver)[0].model_dump(exclude_none=True) | {"budget": "quick"} | level
     scene = scene.override({solver: {"levels": [own]}} | (LOCKED if way == "locked" else {}))
-    result = importlib.import_module(SOLVERS[solver]).solve(scene, scene.ladder(solver)[0])
+    result = solved(scene, scene.ladder(solver)[0], solver)
     if result.status != "ok":
         return {"status": result.status, "message": result.message}
     found = _common(result)

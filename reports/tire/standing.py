@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -16,11 +15,11 @@ from compare.scene_revolved import section_curve
 from compare.verdict import Figure, at_most, stated
 from reports.hard_cases.chapter import Asked, Outcome
 from reports.tire import limits
+from reports.tire.runs import solved
 
 SCENE = "standing_tire"
 QUARTERS = 4  # of the scene, that make the tire
 RUN = "tire.standing.standing"
-SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 MESH = [12, 4]  # of the quarter, with lines on groove edges 12 x 8: 24 x 16 of the whole tire
 EVEN = {"quick": ([12, 5],), "standard": ([6, 3], [12, 5], [16, 8]), "full": ([6, 3], [12, 5], [16, 8], [24, 10])}
 LINED = {"quick": (MESH,), "standard": ([8, 3], MESH, [16, 8]), "full": ([8, 3], MESH, [16, 8], [24, 10])}
@@ -67,10 +66,6 @@ def asked(solver: str, level: dict[str, Any], changes: dict[str, Any]) -> tuple[
 def _without_axle(scene):
     """The scene without the load on its rim."""
     return scene.override({"loads": [item.model_dump(mode="json") for item in scene.loads if item.kind != "axle"]})
-
-
-def solved(scene, level, solver: str) -> Result:
-    return importlib.import_module(SOLVERS[solver]).solve(scene, level)
 
 
 def told(result: Result, scene, way: str) -> dict[str, Any]:

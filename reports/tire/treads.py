@@ -14,6 +14,7 @@ from compare.scene import AncfLevel, load
 from compare.verdict import Figure, at_most
 from reports.hard_cases.chapter import Asked, Outcome
 from reports.tire import standing
+from reports.tire.runs import solved
 
 KINDS = ("rib", "block", "traction", "rock", "smooth")
 CROWN = 0.34  # of the section's parameter, on either side of the centre: between the shoulders
@@ -73,7 +74,7 @@ def wrapped(kind: str) -> dict[str, Any]:
 def stood(kind: str, solver: str = "ancf", **level: Any) -> dict[str, Any]:
     """The standing tire with a tread instead of its four grooves, at one level."""
     scene, own = standing.asked(solver, level, stated(kind))
-    return standing.told(standing.solved(scene, own, solver), scene, "loaded")
+    return standing.told(solved(scene, own, solver), scene, "loaded")
 
 
 def figures(outcomes: Sequence[Outcome]) -> list[Figure]:

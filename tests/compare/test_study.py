@@ -247,7 +247,8 @@ def test_a_wrong_variant_is_refused_before_anything_runs(tmp_path):
 
 def test_an_interrupt_keeps_finished_results_and_ends_the_workers(tmp_path):
     script = (
-        "import sys; sys.path.insert(0, sys.argv[1])\n"
+        "import signal, sys; sys.path.insert(0, sys.argv[1])\n"
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # a shell's background job ignores it
         "from pathlib import Path; from compare import study; from fake_solver import FAKE, small\n"
         "study.run([small((2, 3))], FAKE, 'quick', Path(sys.argv[2]), jobs=1,\n"
         "    report=lambda p: print(len(p.finished), p.running, flush=True))\n"

@@ -63,9 +63,9 @@ def scaled_dots(weight, x, M):
 
 
 @inlined
-def modulus(K, half, s, i, j, pa, rb, pb, ra):
+def modulus(h_i, K_j, K_i, h_j, s, K_pa, K_rb, K_pb, K_ra):
     """h_i K_j + K_i h_j - s (K_pa K_rb + K_pb K_ra) of the components i = (p, r) and j = (a, b)."""
-    return half[i] * K[j] + K[i] * half[j] - s * (K[pa] * K[rb] + K[pb] * K[ra])
+    return h_i * K_j + K_i * h_j - s * (K_pa * K_rb + K_pb * K_ra)
 
 
 @inlined
@@ -75,33 +75,33 @@ def stress_and_moduli(law, shear, C, root):
     The formulas are those of `material.MooneyRivlin` with K = C^-1, s and half of its c.
     """
     mu10, mu01, bulk = law
-    C11, C22, C33, C23, C13, C12 = C
-    K11, K22, K33 = C22 * C33 - C23 * C23, C11 * C33 - C13 * C13, C11 * C22 - C12 * C12
-    K23, K13, K12 = C13 * C12 - C11 * C23, C12 * C23 - C22 * C13, C13 * C23 - C33 * C12
-    square = C11 * K11 + C12 * K12 + C13 * K13
-    I1, I2, J = C11 + C22 + C33, K11 + K22 + K33, np.sqrt(square)
+    C0, C1, C2, C3, C4, C5 = C
+    K0, K1, K2 = C1 * C2 - C3 * C3, C0 * C2 - C4 * C4, C0 * C1 - C5 * C5
+    K3, K4, K5 = C4 * C5 - C0 * C3, C5 * C3 - C1 * C4, C4 * C3 - C2 * C5
+    square = C0 * K0 + C5 * K5 + C4 * K4
+    I1, I2, J = C0 + C1 + C2, K0 + K1 + K2, np.sqrt(square)
     f1, f2, inverse = mu10 * root, mu01 * root * root, 1.0 / square
     s = -2.0 / 3.0 * f1 * I1 - 4.0 / 3.0 * f2 * I2 + bulk * (square - J)
     half_c = 2.0 / 9.0 * f1 * I1 + 8.0 / 9.0 * f2 * I2 + bulk * (square - 0.5 * J)
-    K = K11 * inverse, K22 * inverse, K33 * inverse, K23 * inverse, K13 * inverse, K12 * inverse
+    K0, K1, K2, K3, K4, K5 = K0 * inverse, K1 * inverse, K2 * inverse, K3 * inverse, K4 * inverse, K5 * inverse
     on, more, f, g = 2.0 * f1 + 2.0 * f2 * I1, -4.0 / 3.0 * f1 - 8.0 / 3.0 * f2 * I1, 8.0 / 3.0 * f2, 2.0 * f2
-    S11, S22, S33 = s * K[0] - g * C11 + on, s * K[1] - g * C22 + on, s * K[2] - g * C33 + on
-    S23, S13, S12 = shear * (s * K[3] - g * C23), shear * (s * K[4] - g * C13), s * K[5] - g * C12
-    h11, h22, h33 = f * C11 + half_c * K[0] + more, f * C22 + half_c * K[1] + more, f * C33 + half_c * K[2] + more
-    half = h11, h22, h33, f * C23 + half_c * K[3], f * C13 + half_c * K[4], f * C12 + half_c * K[5]
-    M00, M01 = modulus(K, half, s, 0, 0, 0, 0, 0, 0), modulus(K, half, s, 0, 1, 5, 5, 5, 5) + 2.0 * g
-    M11, M12 = modulus(K, half, s, 1, 1, 1, 1, 1, 1), modulus(K, half, s, 1, 2, 3, 3, 3, 3) + 2.0 * g
-    M22, M02 = modulus(K, half, s, 2, 2, 2, 2, 2, 2), modulus(K, half, s, 0, 2, 4, 4, 4, 4) + 2.0 * g
-    M03, M04 = shear * modulus(K, half, s, 0, 3, 5, 4, 4, 5), shear * modulus(K, half, s, 0, 4, 0, 4, 4, 0)
-    M13, M14 = shear * modulus(K, half, s, 1, 3, 1, 3, 3, 1), shear * modulus(K, half, s, 1, 4, 5, 3, 3, 5)
-    M23, M24 = shear * modulus(K, half, s, 2, 3, 3, 2, 2, 3), shear * modulus(K, half, s, 2, 4, 4, 2, 2, 4)
-    M05, M15 = modulus(K, half, s, 0, 5, 0, 5, 5, 0), modulus(K, half, s, 1, 5, 5, 1, 1, 5)
-    M25, M55 = modulus(K, half, s, 2, 5, 4, 3, 3, 4), modulus(K, half, s, 5, 5, 0, 1, 5, 5) - g
-    M35, M45 = shear * modulus(K, half, s, 3, 5, 5, 3, 1, 4), shear * modulus(K, half, s, 4, 5, 0, 3, 5, 4)
+    S0, S1, S2 = s * K0 - g * C0 + on, s * K1 - g * C1 + on, s * K2 - g * C2 + on
+    S3, S4, S5 = shear * (s * K3 - g * C3), shear * (s * K4 - g * C4), s * K5 - g * C5
+    h0, h1, h2 = f * C0 + half_c * K0 + more, f * C1 + half_c * K1 + more, f * C2 + half_c * K2 + more
+    h3, h4, h5 = f * C3 + half_c * K3, f * C4 + half_c * K4, f * C5 + half_c * K5
+    M00, M01 = modulus(h0, K0, K0, h0, s, K0, K0, K0, K0), modulus(h0, K1, K0, h1, s, K5, K5, K5, K5) + 2.0 * g
+    M11, M12 = modulus(h1, K1, K1, h1, s, K1, K1, K1, K1), modulus(h1, K2, K1, h2, s, K3, K3, K3, K3) + 2.0 * g
+    M22, M02 = modulus(h2, K2, K2, h2, s, K2, K2, K2, K2), modulus(h0, K2, K0, h2, s, K4, K4, K4, K4) + 2.0 * g
+    M03, M04 = shear * modulus(h0, K3, K0, h3, s, K5, K4, K4, K5), shear * modulus(h0, K4, K0, h4, s, K0, K4, K4, K0)
+    M13, M14 = shear * modulus(h1, K3, K1, h3, s, K1, K3, K3, K1), shear * modulus(h1, K4, K1, h4, s, K5, K3, K3, K5)
+    M23, M24 = shear * modulus(h2, K3, K2, h3, s, K3, K2, K2, K3), shear * modulus(h2, K4, K2, h4, s, K4, K2, K2, K4)
+    M05, M15 = modulus(h0, K5, K0, h5, s, K0, K5, K5, K0), modulus(h1, K5, K1, h5, s, K5, K1, K1, K5)
+    M25, M55 = modulus(h2, K5, K2, h5, s, K4, K3, K3, K4), modulus(h5, K5, K5, h5, s, K0, K1, K5, K5) - g
+    M35, M45 = shear * modulus(h3, K5, K3, h5, s, K5, K3, K1, K4), shear * modulus(h4, K5, K4, h5, s, K0, K3, K5, K4)
     both = shear * shear
-    M33, M34 = both * (modulus(K, half, s, 3, 3, 1, 2, 3, 3) - g), both * modulus(K, half, s, 3, 4, 5, 2, 3, 4)
-    M44 = both * (modulus(K, half, s, 4, 4, 0, 2, 4, 4) - g)
-    return (S11, S22, S33, S23, S13, S12), (
+    M33, M44 = modulus(h3, K3, K3, h3, s, K1, K2, K3, K3) - g, modulus(h4, K4, K4, h4, s, K0, K2, K4, K4) - g
+    M33, M34, M44 = both * M33, both * modulus(h3, K4, K3, h4, s, K5, K2, K3, K4), both * M44
+    return (S0, S1, S2, S3, S4, S5), (
         (M00, M01, M02, M03, M04, M05),
         (M01, M11, M12, M13, M14, M15),
         (M02, M12, M22, M23, M24, M25),
@@ -115,16 +115,16 @@ def stress_and_moduli(law, shear, C, root):
 def condensed_row(x, u):
     """A row x (6,) of moduli without the normal stress; u (6,): n n : C / D."""
     n = x[2]
-    return x[0] - n * u[0], x[1] - n * u[1], 0.0, x[3] - n * u[3], x[4] - n * u[4], x[5] - n * u[5]
+    return x[0] - n * u[0], x[1] - n * u[1], n - n * u[2], x[3] - n * u[3], x[4] - n * u[4], x[5] - n * u[5]
 
 
 @inlined
-def condense(M):
-    """Moduli (6, 6) without the normal stress, and u = n n : C / D (6,)."""
+def condense(M, condensed):
+    """Moduli (6, 6) without the normal stress, and u = n n : C / D (6,); as they are, and u = 0, unless condensed."""
     a, b, n, c, d, e = M
-    inverse = 1.0 / n[2]
-    u = n[0] * inverse, n[1] * inverse, 1.0, n[3] * inverse, n[4] * inverse, n[5] * inverse
-    first = condensed_row(a, u), condensed_row(b, u), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    inverse = 1.0 / n[2] if condensed else 0.0
+    u = n[0] * inverse, n[1] * inverse, n[2] * inverse, n[3] * inverse, n[4] * inverse, n[5] * inverse
+    first = condensed_row(a, u), condensed_row(b, u), condensed_row(n, u)
     return (*first, condensed_row(c, u), condensed_row(d, u), condensed_row(e, u)), u
 
 
@@ -159,13 +159,11 @@ def at_points(law, shear, condensed, w):
         R = row(w, R_ROW, l), row(w, R_ROW + 3, l), row(w, R_ROW + 6, l)
         S, M = stress_and_moduli(law, shear, C, w[ROOT, l])
         V = strains(row(w, F_ROW, l), R), strains(row(w, F_ROW + 3, l), R), strains(row(w, F_ROW + 6, l), R)
-        if condensed:
-            w[COMPLIANCE, l] = weight / M[2][2]
-            M, u = condense(M)
-            f = w[SCALED, l]
-            store(w, U_ROW, l, f * dot(V[0][0], u), f * dot(V[0][1], u), f * dot(V[0][2], u))
-            store(w, U_ROW + 3, l, f * dot(V[1][0], u), f * dot(V[1][1], u), f * dot(V[1][2], u))
-            store(w, U_ROW + 6, l, f * dot(V[2][0], u), f * dot(V[2][1], u), f * dot(V[2][2], u))
+        f, w[COMPLIANCE, l] = w[SCALED, l], weight / M[2][2]
+        M, u = condense(M, condensed)
+        store(w, U_ROW, l, f * dot(V[0][0], u), f * dot(V[0][1], u), f * dot(V[0][2], u))
+        store(w, U_ROW + 3, l, f * dot(V[1][0], u), f * dot(V[1][1], u), f * dot(V[1][2], u))
+        store(w, U_ROW + 6, l, f * dot(V[2][0], u), f * dot(V[2][1], u), f * dot(V[2][2], u))
         x = scaled_dots(weight, V[0][0], M), scaled_dots(weight, V[0][1], M), scaled_dots(weight, V[0][2], M)
         y = scaled_dots(weight, V[1][0], M), scaled_dots(weight, V[1][1], M), scaled_dots(weight, V[1][2], M)
         z = scaled_dots(weight, V[2][0], M), scaled_dots(weight, V[2][1], M), scaled_dots(weight, V[2][2], M)
@@ -347,12 +345,10 @@ def elasticity(law, shear, condensed, F, C, roots, volume, R, zeta, levels, scal
                 if lanes <= 0:
                     break
                 load_level(C[e], roots[e], own_F, R, zeta, volume, scale, q, lanes, w, z)
+                at_points(law, shear, condensed, w)
                 if condensed:
-                    at_points(law, shear, True, w)
                     compliance[e, q : q + lanes] = w[COMPLIANCE, :lanes]
                     add_normal_strains(normal, w, z)
-                else:
-                    at_points(law, shear, False, w)
                 add_up(total, w, z, rows)
                 q += reached
             put(total, rows, columns, len(C), e, begin, A)

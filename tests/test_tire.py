@@ -152,3 +152,17 @@ def test_a_ladder_of_one_has_its_own_value_for_a_limit():
     assert only.limit("travel")[0] == only.outcomes[0].get("travel")
     assert np.array_equal(page.path_limit(only), only.outcomes[0].get("node_1"))
     assert limits.cost_at([1.0], [2.0], 0.5) is None and limits.cost_at([1.0, 0.0], [2.0, 3.0], 0.5) is None
+
+
+def test_a_unit_that_crashes_fails_the_study_and_is_named(monkeypatch, tmp_path, capsys):
+    """Also one that no figure needs, such as what an omission saves, and with a gate that passes."""
+    asked = Asked("tire.savings.repeated", {"mesh": [12, 5]})
+    broken = Outcome(asked, Measured(asked.name, asked.arguments, "failed: TypeError: 'mirrors'"))
+    monkeypatch.setattr(study, "publish", lambda *_: tmp_path)
+    monkeypatch.setattr(study.page, "figures", lambda found: [])
+    monkeypatch.setattr(study.frame, "passed", lambda *_: True)
+    for found, status in (({"omitted": []}, 0), ({"omitted": [broken]}, 1)):
+        monkeypatch.setattr(study, "run", lambda budget, jobs, take, found=found: found)
+        assert study.main(["--budget", "quick", "--check"]) == status
+    told = capsys.readouterr().err
+    assert "tire.savings.repeated" in told and "failed: TypeError" in told

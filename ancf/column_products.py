@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ancf.columns import Columns
+from ancf.moduli import LANES
 from ancf.packing import pairs
 from ancf.rubber import compiled
 
@@ -69,6 +70,16 @@ class ColumnProducts:
     columns: Columns
 
     @cached_property
+    def N(self) -> np.ndarray:
+        """N (3, i, c) of the columns, filled up by zeros to a multiple of LANES columns."""
+        return np.pad(self.columns.N, ((0, 0), (0, 0), (0, -self.columns.count % LANES)))
+
+    @property
+    def count(self) -> int:
+        """Number of columns c, filled up."""
+        return self.N.shape[2]
+
+    @cached_property
     def blocks(self) -> tuple[Cross | Same, ...]:
         """Of each factor in z those with the factors before it, then its own."""
         found = []
@@ -85,11 +96,11 @@ class ColumnProducts:
     @cached_property
     def rows(self) -> np.ndarray:
         """Rows of moduli of each table."""
-        return np.array([directions * len(table) // self.columns.count for directions, table in self.parts])
+        return np.array([directions * len(table) // self.count for directions, table in self.parts])
 
     def tangents(self, A: np.ndarray, upper: np.ndarray, lower: np.ndarray) -> None:
         """Fill packed tangents (e, 6, m) and (e, 3, c) of elements with the moduli A of `moduli.elasticity`."""
-        e, ends = len(upper), np.cumsum(self.rows) * len(upper) * self.columns.count
+        e, ends = len(upper), np.cumsum(self.rows) * len(upper) * self.count // LANES
         own = zip(np.split(A, ends[:-1]), self.parts, strict=True)
         products = ((part.reshape(e * d, -1) @ table).reshape(e, d, -1) for part, (d, table) in own)
         for block in self.blocks:
@@ -98,7 +109,7 @@ class ColumnProducts:
     def _functions(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Functions (i,) of a factor in z, and their N (s, c, i)."""
         own = np.flatnonzero(self.columns.in_z == number)
-        return own, self.columns.N[: 3 if number else 2, own].swapaxes(1, 2)
+        return own, self.N[: 3 if number else 2, own].swapaxes(1, 2)
 
     def _cross(self, first: int, second: int) -> Cross:
         (i, N), (k, other) = self._functions(first), self._functions(second)

@@ -69,7 +69,8 @@ class Form:
     @cached_property
     def N_b(self) -> list[np.ndarray]:
         """By factor in z, N_is b_k |g_z|^2 (s c, 4 i) of the functions that have it."""
-        b, N, in_z = (self.b / self.scale)[:, : self.columns.count], self.columns.N, self.columns.in_z
+        N, in_z, count = self.products.N, self.columns.in_z, self.columns.count
+        b = np.pad((self.b / self.scale)[:, :count], ((0, 0), (0, N.shape[2] - count)))
         own = [N[: 3 if number else 2, in_z == number] for number in range(in_z.max() + 1)]
         return [np.einsum("sic,kc->scki", part, b).reshape(-1, 4 * part.shape[1]) for part in own]
 
@@ -147,8 +148,9 @@ class HyperelasticElements:
     def _tangent(self, own: Form, F: np.ndarray, C: np.ndarray, upper: np.ndarray, lower: np.ndarray) -> None:
         """Fill the packed tangents (e, 6, m) and (e, 3, c) of elements of one form."""
         columns, products = own.columns, own.products
-        e, s, c = len(F), len(columns.zeta), columns.count
-        A, T, compliance = np.empty(e * products.rows.sum() * c), np.empty((e, 3, s, c)), np.empty((e, len(own.volume)))
+        e, s, c = len(F), len(columns.zeta), products.count
+        A = np.empty((e * products.rows.sum() * c // moduli.LANES, moduli.LANES))
+        T, compliance = np.empty((e, 3, s, c)), np.empty((e, len(own.volume)))
         points = F, C, rubber.inverse_roots(C), own.volume, own.R, columns.zeta, columns.levels, own.scale
         moduli.elasticity(self._law, self.shear, self.relax, *points, products.rows, A, T, compliance)
         products.tangents(A, upper, lower)

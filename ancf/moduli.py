@@ -29,7 +29,7 @@ def load(source, at, count, w, row):
     for k in range(len(source)):
         if count == LANES:
             for l in range(LANES):
-                w[row + k, l] = source[k, at + l]
+                w[row + k, l] = source[k, np.uintp(at + l)]
         else:
             for l in range(LANES):
                 w[row + k, l] = source[k, at + min(l, count - 1)]
@@ -312,28 +312,28 @@ def add_normal_strains(total, w, z):
 
 
 @inlined
-def put(total, rows, columns, elements, e, begin, A):
-    """Put the rows of total (n, LANES) where A of `elasticity` has those of element e and columns from `begin` on."""
+def put(total, rows, blocks, elements, e, block, A):
+    """Put the rows of total (n, LANES) where A of `elasticity` has those of element e and one block of columns."""
     k, start = 0, 0
     for own in rows:
         for r in range(own):
-            at = start + (e * own + r) * columns + begin
-            for l in range(min(LANES, columns - begin)):
-                A[at + l] = total[k + r, l]
-        k, start = k + own, start + elements * own * columns
+            at = start + (e * own + r) * blocks + block
+            for l in range(LANES):
+                A[at, l] = total[k + r, l]
+        k, start = k + own, start + elements * own * blocks
 
 
 @compiled
 def elasticity(law, shear, condensed, F, C, roots, volume, R, zeta, levels, scale, rows, A, T, compliance):
-    """Fill A (e n c,) with the sums over the points of each column, in N m, block after block of `ColumnProducts`: of
-    each block (e, rows, c) of its elements.
+    """Fill A (e n c / LANES, LANES) with the sums over the points of each column, in N m, part after part of
+    `ColumnProducts`: of each part (e, rows, c) of its elements, the c columns filled up to a multiple of LANES.
 
     law (mu10, mu01, bulk) in Pa; F (e, 3, 3, q), C (e, 6, q), roots (e, q) = det C^(-1/3), volume (q,); R (9, q):
-    gradients of the parameters in the frames of the points; zeta (s, q), levels (l,) of `Columns`; rows (blocks,).
+    gradients of the parameters in the frames of the points; zeta (s, q), levels (l,) of `Columns`; rows (parts,).
     condensed: take the normal stress out of the moduli, fill T (e, 3, s, c) with the sums of F_ar (n n : C)_rp / D dV
     R_Pp zeta_s scale, scale (q,), and compliance (e, q) = dV^2 / D / dV, D = n n : C : n n, of `ancf.relaxation`.
     """
-    count, columns = len(zeta), levels[0]
+    count, columns, blocks = len(zeta), levels[0], (levels[0] + LANES - 1) // LANES
     w, z, total = np.empty((ROWS, LANES)), np.empty((count, LANES)), np.empty((rows.sum(), LANES))
     normal = np.empty((3 * count, LANES))
     for e in range(len(C)):
@@ -351,8 +351,8 @@ def elasticity(law, shear, condensed, F, C, roots, volume, R, zeta, levels, scal
                     add_normal_strains(normal, w, z)
                 add_up(total, w, z, rows)
                 q += reached
-            put(total, rows, columns, len(C), e, begin, A)
+            put(total, rows, blocks, len(C), e, begin // LANES, A)
             if condensed:
                 for k in range(3 * count):
-                    for l in range(min(LANES, columns - begin)):
+                    for l in range(LANES):
                         T[e, k // count, k % count, begin + l] = normal[k, l]

@@ -59,9 +59,12 @@ def _height(solids, own, have: bool) -> Figure:
     value = limits.error(own, path_limit(solids)) if have else None
     note = ""
     if have:
-        finest = limits.error(own, np.array(solids.outcomes[-1].get("node_1")))
+        last = np.array(solids.outcomes[-1].get("node_1"))
         note = f"{own.get('unknowns'):,.0f} unknowns, of which the kinks at groove floors are a part. "
-        note += f"{finest:.2f} % from the finest solid itself; the limit's travel is {solids.limit('travel')[1]}."
+        note += f"{limits.error(own, last):.2f} % from the finest solid itself; "
+        if len(solids.outcomes) > 1:
+            note += f"its last refinement moved it by {limits.error(solids.outcomes[-2], last):.2f} %; "
+        note += f"the limit's travel is {solids.limit('travel')[1]}."
     against = f"cross-code: {LIMIT}, greatest difference of the path in percent of its travel"
     return at_most("height_difference_percent", "Node 1, 24 x 10", value, "%", 2.0, against=against, note=note)
 
@@ -78,7 +81,9 @@ CHOSEN = (
     "room after seeing that on 24 x 10 elements one in the wide element of the shoulder makes the tread slide.",
     'Narrow parts of an element have fewer points (integration = "sparing"), and the tread has twice as many around '
     "that may touch the ground as it has points of integration, since the footprint is as coarse as they are.",
-    "Where the ladder of the solid shows no order, its finest path is the limit. Sharp corners slow it down.",
+    "Where the ladder of the solid shows no order, its finest path is the limit. Sharp corners slow it down: the order "
+    "of the travel settles only with the finest solid of the full budget, and the limit then lies beyond what shorter "
+    "ladders take for it.",
 )
 MISFIT = (
     Column("mesh", "elements of the quarter"),

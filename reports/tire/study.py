@@ -24,7 +24,8 @@ EVEN = {  # elements of the quarter
     "standard": ([6, 3], [8, 4], [12, 5], [16, 8]),
     "full": ([6, 3], [8, 4], [12, 5], [16, 8], [24, 10]),
 }
-SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.22, 0.16, 0.11), "full": (0.22, 0.16, 0.11, 0.08)}
+SIZES = {"quick": (0.4, 0.3, 0.22), "standard": (0.22, 0.16, 0.11), "full": (0.22, 0.16, 0.11, 0.08, 0.062)}
+PRINTS = {"standard": 0.16, "full": 0.11}  # m: the solid whose footprint is drawn
 SMOOTH = {"walls": False, "lips": False}  # elements without kinks, for comparison
 PAPER = {"element": "conforming", "volumetric": "reduced", "points": [4, 4, 3], **SMOOTH}
 LONG = {"quick": [], "standard": [6, 3], "full": [12, 5]}
@@ -41,7 +42,7 @@ def units(budget: str) -> list[tuple[str, Asked]]:
     if budget != "quick":
         found += [("paper", _drop(mesh=mesh, **PAPER)) for mesh in ([6, 3], [12, 5])]
         found += [("points", _drop(mesh=mesh, law="points")) for mesh in ([6, 3], [12, 5])]
-        found.append(("print", Asked(f"{RUNS}.footprint", {"solver": "reference", "size": SIZES[budget][-2]})))
+        found.append(("print", Asked(f"{RUNS}.footprint", {"solver": "reference", "size": PRINTS[budget]})))
     found.append(("print", Asked(f"{RUNS}.footprint", {"mesh": page.MESH, "points": [8, 5, 3]})))
     found += [("saved", Asked(f"{RUNS}.part", {"mesh": [6, 3], "part": part})) for part in ("quarter", "half", "whole")]
     found += [("rolling", asked) for asked in rolling.units(budget)]

@@ -80,10 +80,16 @@ class ColumnProducts:
         return self.N.shape[2]
 
     @cached_property
+    def functions(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """By factor in z the functions (i,) that have it, and their N (s, c, i)."""
+        every = (np.flatnonzero(self.columns.in_z == number) for number in range(self.columns.in_z.max() + 1))
+        return [(own, self.N[: 3 if number else 2, own].swapaxes(1, 2)) for number, own in enumerate(every)]
+
+    @cached_property
     def blocks(self) -> tuple[Cross | Same, ...]:
         """Of each factor in z those with the factors before it, then its own."""
         found = []
-        for second in range(self.columns.in_z.max() + 1):
+        for second in range(len(self.functions)):
             found += [self._cross(first, second) for first in range(second)]
             found.append(self._same(second))
         return tuple(found)
@@ -106,19 +112,14 @@ class ColumnProducts:
         for block in self.blocks:
             block.place(*(next(products) for _ in block.parts), upper, lower)
 
-    def _functions(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """Functions (i,) of a factor in z, and their N (s, c, i)."""
-        own = np.flatnonzero(self.columns.in_z == number)
-        return own, self.N[: 3 if number else 2, own].swapaxes(1, 2)
-
     def _cross(self, first: int, second: int) -> Cross:
-        (i, N), (k, other) = self._functions(first), self._functions(second)
+        (i, N), (k, other) = self.functions[first], self.functions[second]
         table = np.einsum("sci,tck->stcik", N, other).reshape(-1, len(i) * len(k))
         i, k = (index.ravel() for index in np.broadcast_arrays(i[:, None], k))
         return Cross(table, pairs(len(self.columns.in_z)).of[i, k], i > k)
 
     def _same(self, number: int) -> Same:
-        own, N = self._functions(number)
+        own, N = self.functions[number]
         pair = pairs(len(own))
         one, other = N[..., pair.first], N[..., pair.second]
         even, odd = list(one * other), []

@@ -69,10 +69,9 @@ class Form:
     @cached_property
     def N_b(self) -> list[np.ndarray]:
         """By factor in z, N_is b_k |g_z|^2 (s c, 4 i) of the functions that have it."""
-        N, in_z, count = self.products.N, self.columns.in_z, self.columns.count
-        b = np.pad((self.b / self.scale)[:, :count], ((0, 0), (0, N.shape[2] - count)))
-        own = [N[: 3 if number else 2, in_z == number] for number in range(in_z.max() + 1)]
-        return [np.einsum("sic,kc->scki", part, b).reshape(-1, 4 * part.shape[1]) for part in own]
+        count, every = self.columns.count, self.products.functions
+        b = np.pad((self.b / self.scale)[:, :count], ((0, 0), (0, self.products.count - count)))
+        return [np.einsum("sci,kc->scki", N, b).reshape(-1, 4 * len(own)) for own, N in every]
 
 
 def form(parts: Integrand) -> Form:
@@ -156,9 +155,9 @@ class HyperelasticElements:
         products.tangents(A, upper, lower)
         if self.relax:
             H, L = (compliance @ own.b_b).reshape(e, 4, 4), np.empty((e, 3, 4, len(columns.in_z)))
-            for number, table in enumerate(own.N_b):
+            for number, ((functions, _), table) in enumerate(zip(products.functions, own.N_b, strict=True)):
                 part = T[:, :, slots(number)].reshape(3 * e, -1) @ table
-                L[..., columns.in_z == number] = part.reshape(e, 3, 4, -1)
+                L[..., functions] = part.reshape(e, 3, 4, -1)
             relaxation.add_low_rank(H, L, upper, lower)
 
     def _strained(self, own: Form, Q: np.ndarray, more: Terms = ()) -> tuple[np.ndarray, np.ndarray]:

@@ -86,8 +86,7 @@ class Layered(Wider):
     @property
     def in_z(self) -> tuple[int, ...]:
         """As in `Plate`."""
-        first, kinks = len(self.base.somewhere), self.kinks
-        return (*self.base.in_z, *(first + kinks.index(through.kink) for _, through in self.own))
+        return (*self.base.in_z, *(self.number_of(through.kink) for _, through in self.own))
 
     def lines(self, axis: int) -> list[float]:
         """Where they have a kink along x or y: nowhere."""

@@ -152,7 +152,7 @@ def row(w, k, l):
 
 @inlined
 def at_points(law, shear, condensed, w):
-    """Fill the rows of A, 3 P + T for each of DIRECTIONS, and if condensed those of compliance and normal strains."""
+    """Fill the rows of A, 3 P + T for each of DIRECTIONS, compliance and normal strains (zero if not condensed)."""
     none = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for l in range(LANES):
         weight, C = w[WEIGHT, l], (*row(w, C_ROW, l), *row(w, C_ROW + 3, l))
@@ -221,16 +221,20 @@ def add_odd(total, k, w, p, z, i):
 
 
 @inlined
+def add_three(total, k, w, p, by_T, l, x, y):
+    """Add to three rows of total those of w, one for each T, times x in the plane and y along z; in lane l."""
+    total[k, l] += x * w[p, l]
+    total[k + 1, l] += x * w[p + by_T, l]
+    total[k + 2, l] += y * w[p + 2 * by_T, l]
+
+
+@inlined
 def add_cross_mid(total, k, w, p, by_P, by_T, z, j):
     """Add to six rows of total those of w, for P of the mid-surface and slots j to j + 3."""
     for l in range(LANES):
         x, y = z[j, l], z[j + 2, l]
-        total[k, l] += x * w[p, l]
-        total[k + 1, l] += x * w[p + by_T, l]
-        total[k + 2, l] += y * w[p + 2 * by_T, l]
-        total[k + 3, l] += x * w[p + by_P, l]
-        total[k + 4, l] += x * w[p + by_P + by_T, l]
-        total[k + 5, l] += y * w[p + by_P + 2 * by_T, l]
+        add_three(total, k, w, p, by_T, l, x, y)
+        add_three(total, k + 3, w, p + by_P, by_T, l, x, y)
 
 
 @inlined
@@ -238,15 +242,9 @@ def add_cross(total, k, w, p, by_P, by_T, z, i, j):
     """Add to nine rows of total those of w, for slots i to i + 3 and j to j + 3."""
     for l in range(LANES):
         xx, xy, yx, yy = z[i, l] * z[j, l], z[i, l] * z[j + 2, l], z[i + 2, l] * z[j, l], z[i + 2, l] * z[j + 2, l]
-        total[k, l] += xx * w[p, l]
-        total[k + 1, l] += xx * w[p + by_T, l]
-        total[k + 2, l] += xy * w[p + 2 * by_T, l]
-        total[k + 3, l] += xx * w[p + by_P, l]
-        total[k + 4, l] += xx * w[p + by_P + by_T, l]
-        total[k + 5, l] += xy * w[p + by_P + 2 * by_T, l]
-        total[k + 6, l] += yx * w[p + 2 * by_P, l]
-        total[k + 7, l] += yx * w[p + 2 * by_P + by_T, l]
-        total[k + 8, l] += yy * w[p + 2 * by_P + 2 * by_T, l]
+        add_three(total, k, w, p, by_T, l, xx, xy)
+        add_three(total, k + 3, w, p + by_P, by_T, l, xx, xy)
+        add_three(total, k + 6, w, p + 2 * by_P, by_T, l, yx, yy)
 
 
 @inlined

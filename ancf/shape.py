@@ -170,6 +170,10 @@ class Wider:
         """Factors in z beside those of the base, which have a kink each."""
         raise NotImplementedError
 
+    def number_of(self, kink: Kink) -> int:
+        """Number of one of the kinks in `z_factors`."""
+        return len(self.base.somewhere) + self.kinks.index(kink)
+
     @property
     def levels(self) -> list[float]:
         """Where the functions have a kink along z."""

@@ -139,7 +139,8 @@ def element_rule(
         return onto_cell(tensor(*map(gauss, points)), (*cell, (-thickness / 2, thickness / 2)))
     spare = integration == "sparing"
     plane, z_min, z_max = _plane(cell, touching, thickness, points, thin=True, spare=spare)
-    return through_thickness(plane, z_min, z_max, points[2], levels, thickness if spare and through else None)
+    of_whole = thickness if spare and through and levels else None
+    return through_thickness(plane, z_min, z_max, points[2], levels, of_whole)
 
 
 def face_rule(

@@ -308,8 +308,7 @@ def _part(
 ) -> Integrand:
     """Integrand of an element."""
     (shape, vectors), cell = mesh.element(e), mesh.cells[e]
-    levels = mesh.levels(e)
-    rule = element_rule(cell, bands, thickness, points, integration, levels, through=bool(levels) and not enhanced)
+    rule = element_rule(cell, bands, thickness, points, integration, mesh.levels(e), through=not enhanced)
     return integrand(shape, rule, cell, mesh.vectors[vectors], sides(mesh, e, free), enhanced)
 
 

@@ -82,8 +82,7 @@ class Walled(Wider):
     @property
     def in_z(self) -> tuple[int, ...]:
         """As in `Plate`."""
-        first, kinks = len(self.base.somewhere), self.kinks
-        of_walls = [(0, 1, *(first + kinks.index(wall.lip.kink) for _ in wall.kinds[PLAIN:])) for wall in self.walls]
+        of_walls = [(0, 1, *(self.number_of(wall.lip.kink) for _ in wall.kinds[PLAIN:])) for wall in self.walls]
         return (*self.base.in_z, *(number for numbers in of_walls for number in numbers))
 
     def lines(self, axis: int) -> list[float]:

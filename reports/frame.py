@@ -116,9 +116,10 @@ def crashed(found: Parts) -> list[Outcome]:
     return own
 
 
-def status(judged: Sequence[Figure], found: Parts) -> int:
-    """Exit status: 1 where a figure missed its bar, or a unit crashed."""
-    return int(bool(crashed(found)) or any(figure.judged and not figure.met for figure in judged))
+def status(judged: Sequence[Figure], found: Parts, passed: bool | None) -> int:
+    """Exit status: 1 where a unit crashed or the gate did not pass; a figure missed its bar, if no gate was asked."""
+    missed = any(figure.judged and not figure.met for figure in judged) if passed is None else not passed
+    return int(bool(crashed(found)) or missed)
 
 
 def parser(name: str, lead: str) -> argparse.ArgumentParser:

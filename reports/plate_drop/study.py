@@ -132,6 +132,4 @@ def main(words: Sequence[str] | None = None) -> int:
     judged = page.figures(found)
     frame.print_figures(judged)
     print(f"page: {path}")
-    if (passed := frame.passed("plate_drop", gate_rows(found), options)) is not None:
-        return int(bool(frame.crashed(found)) or not passed)
-    return frame.status(judged, found)
+    return frame.status(judged, found, frame.passed("plate_drop", gate_rows(found), options))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,10 +19,14 @@ SAMPLES = 2001  # places of the section that are looked at
 WALLS = 0.03  # m: deeper than this is a groove's floor, or near it
 
 
+def _solve(solver: str) -> Callable[..., Result]:
+    return importlib.import_module(SOLVERS[solver]).solve
+
+
 def solved(scene, level, solver: str) -> Result:
     """The scene's result, without what the first use of a new version pays for compiled kernels: a step of a coarse
     tire comes before."""
-    solve = importlib.import_module(SOLVERS[solver]).solve
+    solve = _solve(solver)
     moment = {"kind": "dynamic", "until": 0.002, "every": 0.002}
     solve(*tire(dict(COARSE[solver]), solver, height=0.0, analysis=moment))
     return solve(scene, level)
@@ -83,7 +88,7 @@ def energy(result: Result) -> np.ndarray:
 def footprint(solver: str = "ancf", until: float = 0.18, **told: Any) -> dict[str, Any]:
     """The pressed face at a time: places on the ground (m) and traction (Pa) of the contact points that are near it."""
     scene, level = tire(told, solver, until=until, analysis={"kind": "dynamic", "until": until, "every": until})
-    result = solved(scene, level, solver)
+    result = _solve(solver)(scene, level)
     x, y, z = result.contact.points.T
     near = np.pi - x < 0.35
     few = np.flatnonzero(near)[:: max(1, int(near.sum()) // 4000)]

@@ -101,6 +101,4 @@ def main(words: Sequence[str] | None = None) -> int:
     judged = page.figures(found)
     frame.print_figures(judged)
     print(f"page: {path}")
-    if (passed := frame.passed("tire", gate_rows(found), options)) is not None:
-        return int(bool(frame.crashed(found)) or not passed)
-    return frame.status(judged, found)
+    return frame.status(judged, found, frame.passed("tire", gate_rows(found), options))

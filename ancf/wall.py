@@ -16,10 +16,12 @@ With lips, the material beyond the floor, which ends at the wall with a free fac
 
     e(d) L(x) T(z) l_w,    T = min(0, z - z_floor)    (max for the top face),
 
-with the distance d from the wall, away from the floor, and e(d) of `ancf.free_edge`, which ends on the element's side.
-They are the functions of `ancf.layer` for walls inside elements. On the groove's side nothing is beyond the floor. An
-element that reaches much less than the thickness beyond the wall has not the room; in one that reaches farther what it
-has beside the layer is too coarse for it: the shoulder of the tire then slides too easily.
+with the distance d from the wall, away from the floor, and e(d) of `ancf.free_edge`, which ends where this material
+does, at the next wall, or else on the element's side. They are the functions of `ancf.layer` for walls inside elements.
+On the groove's side nothing is beyond the floor. Beyond a wall that stands just before a grid line nearly all material
+is the next element's: there the functions go on, as far as that element's side. Where the side is much nearer than the
+thickness nonetheless, there is no room; where it is farther, what the element has beside the layer is too coarse for
+it: the shoulder of the tire then slides too easily.
 """
 
 from __future__ import annotations
@@ -32,7 +34,7 @@ import numpy as np
 
 from ancf.free_edge import DECAY, fading
 from ancf.layer import Through, through
-from ancf.mesh import Mesh, Special
+from ancf.mesh import HAIR, Cell, Mesh, Special
 from ancf.nurbs import curve_derivatives
 from ancf.shape import Kink, ShapeValues, Wider, numbered
 from ancf.subdomain import GROOVE, Band, Feature
@@ -44,23 +46,36 @@ ROOM = 1.0, 3.2  # times 1 / decay: between these an element has the room for a 
 DEEP = 1e-9  # of the greatest depth: what is as deep is floor
 
 
+class Lip(NamedTuple):
+    """T of a lip, whose `decay` is by parameter, the way out of the floor (1 or -1), and the parameter where e ends."""
+
+    through: Through
+    outward: int
+    end: float
+
+
 class Wall(NamedTuple):
     """Functions of a wall at the distance `at` from the element's corner on the axis `across`.
 
-    side: 0 or 1, the side across the band on which L is 1. r_w, d_w and l_w belong to it. lip: T, whose `decay` is by
-    parameter; None without one. outward: 1 where the material beyond the floor lies above `at`, else -1.
+    side: 0 or 1, the side across the band on which L is 1. r_w, d_w and l_w belong to it. lip: None without one; its
+    end counts from the corner too. inside: whether the wall stands in this element; into others only its lip reaches.
     """
 
     across: int
     at: float
     side: int
-    lip: Through | None = None
-    outward: int = 1
+    lip: Lip | None = None
+    inside: bool = True
 
     @property
     def kinds(self) -> tuple[str, ...]:
         """What its vectors are."""
-        return KINDS if self.lip is not None else KINDS[:PLAIN]
+        return (KINDS[:PLAIN] if self.inside else ()) + (KINDS[PLAIN:] if self.lip is not None else ())
+
+    @property
+    def in_z(self) -> tuple[Kink | int, ...]:
+        """The Z of each: its number in `Plate.in_z`, or the kink."""
+        return ((0, 1) if self.inside else ()) + ((self.lip.through.kink,) if self.lip is not None else ())
 
 
 @dataclass(frozen=True)
@@ -77,30 +92,31 @@ class Walled(Wider):
     @property
     def kinks(self) -> tuple[Kink, ...]:
         """The T of its lips."""
-        return numbered(wall.lip.kink for wall in self.walls if wall.lip is not None)
+        return numbered(wall.lip.through.kink for wall in self.walls if wall.lip is not None)
 
     @property
     def in_z(self) -> tuple[int, ...]:
         """As in `Plate`."""
-        of_walls = [(0, 1, *(self.number_of(wall.lip.kink) for _ in wall.kinds[PLAIN:])) for wall in self.walls]
-        return (*self.base.in_z, *(number for numbers in of_walls for number in numbers))
+        own = (factor for wall in self.walls for factor in wall.in_z)
+        return (*self.base.in_z, *(self.number_of(Z) if isinstance(Z, Kink) else Z for Z in own))
 
     def lines(self, axis: int) -> list[float]:
         """Where they have a kink on an axis, from the element's corner."""
-        return sorted({wall.at for wall in self.walls if wall.across == axis})
+        return sorted({wall.at for wall in self.walls if wall.across == axis and wall.inside})
 
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
         """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b)."""
         base, z = self.base.evaluate(points, size), points[:, 2]
         S, S_p = [base.S], [base.S_p]
         for wall in self.walls:
-            f, f_x, f_y = _in_plane(wall, points, size)
-            zero = np.zeros_like(f)
-            S.append(np.stack([f, z * f], axis=1))
-            S_p.append(np.stack([np.stack([f_x, f_y, zero], axis=1), np.stack([z * f_x, z * f_y, f], axis=1)], axis=1))
+            if wall.inside:
+                f, f_x, f_y = _in_plane(wall, points, size)
+                S.append(np.stack([f, z * f], axis=1))
+                straight, tilted = (f_x, f_y, np.zeros_like(f)), (z * f_x, z * f_y, f)
+                S_p.append(np.stack([np.stack(straight, axis=1), np.stack(tilted, axis=1)], axis=1))
             if wall.lip is not None:
                 f, f_x, f_y = _fading(wall, points, size)
-                T, T_z = wall.lip.kink(z)
+                T, T_z = wall.lip.through.kink(z)
                 S.append((f * T)[:, None])
                 S_p.append(np.stack([f_x * T, f_y * T, f * T_z], axis=1)[:, None])
         return ShapeValues(np.concatenate(S, axis=1), np.concatenate(S_p, axis=1))
@@ -115,11 +131,12 @@ def _in_plane(wall: Wall, points: np.ndarray, size: tuple[float, float]) -> tupl
 
 
 def _fading(wall: Wall, points: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """e L and its derivatives by x and y, each (q,); zero over the floor."""
-    d = wall.outward * (points[:, wall.across] - wall.at)
-    room = size[wall.across] - wall.at if wall.outward > 0 else wall.at
-    e, e_d = fading(wall.lip.decay, np.maximum(d, 0.0), room)
-    return _times(wall, np.where(d > 0, e, 0.0), np.where(d > 0, wall.outward * e_d, 0.0), points, size)
+    """e L and its derivatives by x and y, each (q,); zero over the floor and beyond the end."""
+    through, outward, end = wall.lip
+    d, room = outward * (points[:, wall.across] - wall.at), outward * (end - wall.at)
+    e, e_d = fading(through.decay, np.clip(d, 0.0, room), room)
+    there = (d > 0) & (d <= room * (1 + HAIR))
+    return _times(wall, np.where(there, e, 0.0), np.where(there, outward * e_d, 0.0), points, size)
 
 
 def _times(wall: Wall, h, h_y, points: np.ndarray, size: tuple[float, float]) -> tuple[np.ndarray, ...]:
@@ -140,10 +157,11 @@ def with_walls(mesh: Mesh, bands: Sequence[Feature], thickness: float | None = N
     for across in (0, 1):
         for row, at in sorted({place for band in bands for place in _crossed(mesh, band, across)}):
             columns, lip = _columns(mesh, bands, across, row, at), _lip(mesh, bands, across, row, at, thickness)
-            for e, side, line in _sides(mesh, across, row, columns):
-                wall, key = Wall(across, at - mesh.cells[e][across][0], side, *lip), (across, row, at, line)
-                own.setdefault(e, []).append((wall, key))
-                after.setdefault(key, (_director(mesh, e, across, side), wall.kinds))
+            for reached in _rows(mesh, across, row, lip):
+                for e, side, line in _sides(mesh, across, reached, columns):
+                    wall, key = _wall(mesh.cells[e], across, at, side, lip, reached == row), (across, row, at, line)
+                    own.setdefault(e, []).append((wall, key))
+                    after.setdefault(key, (_director(mesh, e, across, side), wall.kinds))
     if not own:
         return mesh
     keys = list(after)
@@ -152,9 +170,23 @@ def with_walls(mesh: Mesh, bands: Sequence[Feature], thickness: float | None = N
     number_of = dict(zip(keys, numbers, strict=True))
     special = {}
     for e, found in own.items():
-        vectors = np.concatenate([wider.connectivity[e], *(number_of[key] for _, key in found)])
-        special[e] = Special(Walled(mesh.shape, tuple(wall for wall, _ in found)), vectors)
+        vectors = [wider.connectivity[e], *(number_of[key][-len(wall.kinds) :] for wall, key in found)]
+        special[e] = Special(Walled(mesh.shape, tuple(wall for wall, _ in found)), np.concatenate(vectors))
     return replace(wider, special=special)
+
+
+def _wall(cell: Cell, across: int, at: float, side: int, lip: Lip | None, inside: bool) -> Wall:
+    """A wall as the element of a cell knows it."""
+    corner = cell[across][0]
+    return Wall(across, at - corner, side, lip and lip._replace(end=lip.end - corner), inside)
+
+
+def _rows(mesh: Mesh, across: int, row: int, lip: Lip | None) -> list[int]:
+    """The row of a wall, and the next one where its lip goes on there."""
+    lines = (mesh.x_lines, mesh.y_lines)[across]
+    if lip is None or lines[row] <= lip.end <= lines[row + 1]:
+        return [row]
+    return [row, row + lip.outward]
 
 
 def floor_edges(band: Band) -> list[float]:
@@ -176,19 +208,32 @@ def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, floa
             yield row, at
 
 
-def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float | None) -> tuple[Through | None, int]:
-    """T of the lip of a wall and the way out of its floor; None without thickness, without room, or of two bands."""
+def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float | None) -> Lip | None:
+    """The lip of a wall, its end by parameter; None without thickness, without room, or of two bands."""
     own = [band for band in bands if (row, at) in _crossed(mesh, band, across)]
     if thickness is None or len(own) > 1:
-        return None, 1
+        return None
     (band,) = own
     outward = (1 if at > np.mean(floor_edges(band)) else -1) * (1 if band.sign == GROOVE else -1)
-    lines = (mesh.x_lines, mesh.y_lines)[across]
-    decay = DECAY / thickness * mesh.metres(across)
-    room = abs(lines[row + (outward > 0)] - at)
-    if not ROOM[0] <= room * decay <= ROOM[1]:
-        return None, outward
-    return through(band, thickness)._replace(across=across, decay=decay), outward
+    lines, decay = (mesh.x_lines, mesh.y_lines)[across], DECAY / thickness * mesh.metres(across)
+    side = row + (outward > 0)
+    if abs(lines[side] - at) * decay < ROOM[0] and 0 < side < len(lines) - 1:
+        side += outward
+    ends = (lines[side], *_walls_beyond(mesh, bands, band, at, outward))
+    end = outward * min(outward * place for place in ends)
+    if not ROOM[0] <= abs(end - at) * decay <= ROOM[1]:
+        return None
+    return Lip(through(band, thickness)._replace(across=across, decay=decay), outward, float(end))
+
+
+def _walls_beyond(mesh: Mesh, bands: Sequence[Feature], own: Band, at: float, outward: int) -> Iterator[float]:
+    """Where on the way out of a wall of a band its like begin or end that run the whole length of the mesh."""
+    lines = (mesh.x_lines, mesh.y_lines)[1 - own.across]
+    for band in bands:
+        if isinstance(band, Band) and (band.across, band.face, band.sign) == (own.across, own.face, own.sign):
+            first, last = band.limits(1 - own.across)
+            if first <= lines[0] and lines[-1] <= last:
+                yield from (place for place in floor_edges(band) if outward * (place - at) > 0)
 
 
 def _columns(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: float) -> np.ndarray:

@@ -237,7 +237,8 @@ class AncfLevel(Part):
     walls: whether elements that a groove or a protrusion crosses may kink where its floor or top begins and ends; each
     such line brings two vectors on every grid line that crosses it.
     lips: with walls. The material beyond the floor ends at them with a free face; it may stay behind what is below it
-    there, by a vector more on every grid line, where an element reaches about a thickness or less beyond the wall.
+    there, by a vector more on every grid line, where that material reaches about a thickness or less beyond the wall:
+    to the next wall or to the side of the element, of the next one where the side is all but at the wall.
     volumetric: how elements of Mooney-Rivlin material are kept from locking as they near incompressibility.
     "relaxed", the default: the thickness strain is free at each point, so that the stress normal to the plate is
     bilinear in the element; "reduced": one point fewer each way for the volumetric energy, as in the paper;

@@ -11,7 +11,7 @@ from ancf.material import MooneyRivlin
 from ancf.mesh import grid
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, TOP, element_rule
-from ancf.wall import Wall, Walled, with_walls
+from ancf.wall import Lip, Wall, Walled, with_walls
 
 from .conftest import THICKNESS
 from .test_walls import PLATES
@@ -19,6 +19,7 @@ from .test_walls import PLATES
 RUBBER = MooneyRivlin(0.8e6, 0.2e6, 29.6e6)
 SIZE = (1.0, 0.8)
 LIP, OTHER = Through(BOTTOM, -0.01, 1, 5.0), Through(TOP, 0.015, 0, 3.0)
+ABOVE, BELOW, BESIDE = Lip(LIP, 1, 0.7), Lip(LIP, -1, 0.0), Lip(OTHER, -1, 0.4)
 
 DIRECTORS = {name: [i for i, kind in enumerate(base.kinds) if kind == "r_z"][1:3] for name, base in FAMILY.items()}
 
@@ -26,8 +27,8 @@ DIRECTORS = {name: [i for i, kind in enumerate(base.kinds) if kind == "r_z"][1:3
 def shapes():
     yield from FAMILY.values()
     for base in FAMILY.values():
-        yield Walled(base, (Wall(1, 0.3, 0, LIP, 1), Wall(1, 0.3, 1, LIP, 1), Wall(0, 0.6, 0)))
-        yield Walled(base, (Wall(1, 0.3, 0, LIP, -1), Wall(0, 0.6, 1, OTHER)))
+        yield Walled(base, (Wall(1, 0.3, 0, ABOVE), Wall(1, 0.3, 1, ABOVE), Wall(0, 0.6, 0)))
+        yield Walled(base, (Wall(1, 0.3, 0, BELOW), Wall(0, 1.1, 1, BESIDE, inside=False)))
         yield Layered(base, tuple((i, own) for i in DIRECTORS[base.name] for own in (LIP, OTHER)))
 
 

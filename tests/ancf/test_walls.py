@@ -23,7 +23,9 @@ FORCE = 2.0e6 * THICKNESS  # N: modulus times the area of a strip one metre wide
 LEANING = Curve(1, [0, 0, 1, 2, 3, 3], [[0.1, 0.0], [0.12, 0.02], [0.2, 0.02], [0.24, 0.0]])
 SMALL = np.array([0.0, 0.1, 0.25]), np.array([0.0, 0.08, 0.13])  # m: elements with room for lips of a plate of 0.05 m
 ALONG = Band(TOP, GROOVE, 0, (0.03, 0.05), 0.02), Band(BOTTOM, PROTRUSION, 0, (0.09, 0.11), 0.02)
-PLATES = conftest.PLATES | {"lips, grooved": (SMALL, ALONG, None)}
+TWO = Band(TOP, GROOVE, 0, (0.03, 0.05), 0.02), Band(TOP, GROOVE, 0, (0.085, 0.11), 0.02)
+BEHIND = SMALL[0], np.array([0.0, 0.08, 0.15])  # the second groove begins just behind a line
+PLATES = conftest.PLATES | {"lips, grooved": (SMALL, ALONG, None), "lips over a line, grooved": (BEHIND, TWO, None)}
 GROOVED = [kind for kind in PLATES if "grooved" in kind]
 
 
@@ -95,7 +97,7 @@ def test_quadratic_form_equals_the_sum_over_points(element, kind, deformed):
     np.testing.assert_allclose(dense(one, q), K, atol=1e-12 * np.abs(K).max())
 
 
-@pytest.mark.parametrize("kind", ["grooved", "lips, grooved"])
+@pytest.mark.parametrize("kind", ["grooved", "lips, grooved", "lips over a line, grooved"])
 @pytest.mark.parametrize("volumetric", ["relaxed", "reduced"])
 def test_force_and_tangent_of_rubber_are_derivatives(volumetric, kind, deformed):
     """Central differences along some directions, in all groups of elements: their error falls as h^2."""
@@ -158,6 +160,62 @@ def test_where_there_are_lips_and_what_they_move():
     assert 0 < moved(0.015, top) < moved(0.025, top) < 0.02
     assert moved(0.0, top) == pytest.approx(0.0, abs=1e-15)
     assert moved(0.02, floor) == moved(0.02, -top) == moved(0.04, floor) == 0.0
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_lips_go_on_beyond_a_grid_line_and_end_at_the_next_wall(axis):
+    """A wall just behind a grid line, another before it: what their lips move is continuous across the line, and
+    the tread between the two grooves alone follows them, in the element before the line for the most part."""
+    lines = BEHIND[:: 1 if axis else -1]
+    bands = [Band(TOP, GROOVE, 1 - axis, band.edges, band.section) for band in TWO]
+    mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands, THICKNESS)
+    at = mesh.parameters[:, axis]
+    assert sorted(set(at[mesh.kinds == "l_w"].tolist())) == [0.03, 0.05, 0.085, 0.11]
+    assert {shape.walls[-1].inside for shape, _ in mesh.special.values()} == {True, False}
+
+    def moved(wall, across, z=THICKNESS / 2):
+        vectors = np.zeros_like(mesh.vectors)
+        vectors[(mesh.kinds == "l_w") & (at == wall)] = [0.0, 0.0, 1.0]
+        place = (0.05, across)[:: 1 if axis else -1]
+        element = np.array([mesh.locate(*place)])
+        return float((interpolation(mesh, element, np.array([[*place, z]])) @ vectors)[0, 2])
+
+    assert moved(0.085, 0.085 - 1e-12) == pytest.approx(0.02, rel=1e-6)
+    assert moved(0.085, 0.08 - 1e-9) == pytest.approx(moved(0.085, 0.08 + 1e-9), rel=1e-5)
+    assert 0 < moved(0.085, 0.06) < moved(0.085, 0.07) < moved(0.085, 0.08) < 0.02
+    assert moved(0.085, 0.05) == moved(0.085, 0.02) == moved(0.085, 0.1) == moved(0.085, 0.07, 0.0) == 0
+    assert 0 < moved(0.05, 0.07) < moved(0.05, 0.06)
+    assert moved(0.05, 0.08) == pytest.approx(0, abs=1e-12)
+    assert moved(0.05, 0.09) == 0
+
+
+@pytest.mark.parametrize("kind", ["lips, grooved", "lips over a line, grooved"])
+def test_slopes_on_an_element_s_side_are_those_just_inside(kind):
+    """What a lip is where it ends, too: det F is asked for at corners."""
+    lines, bands, _ = PLATES[kind]
+    mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands, THICKNESS)
+    for e, (shape, _) in mesh.special.items():
+        size = tuple(high - low for low, high in mesh.cells[e])
+        for y, inward in ((0.0, 1), (size[1], -1)):
+            on, near = (np.array([[0.3 * size[0], y + step, THICKNESS / 2]]) for step in (0.0, inward * 1e-8))
+            np.testing.assert_allclose(shape.evaluate(on, size).S_p, shape.evaluate(near, size).S_p, atol=1e-3)
+
+
+def test_what_ends_a_lip():
+    """The walls of its like: same face, all along; else the side of the element, or of the next one."""
+    opposite, short = (
+        Band(BOTTOM, GROOVE, 0, (0.085, 0.095), 0.02),
+        Band(TOP, GROOVE, 0, (0.085, 0.095), 0.02, (0.0, 0.1)),
+    )
+    lines = SMALL[0], np.array([0.0, 0.1])
+
+    def ends(*bands):
+        mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands, THICKNESS)
+        lips = {(wall.at, wall.lip.end) for wall in mesh.special[0].shape.walls if wall.lip}
+        return {end for at, end in lips if at == 0.05}
+
+    assert ends(*TWO) == {0.085}
+    assert ends(TWO[0], opposite) == ends(TWO[0], short) == ends(TWO[0]) == {0.1}
 
 
 PULLED = {

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from ancf.unpack import build
+from compare import gate
 from compare.scene import load
 from compare.scene_revolved import section_curve
+from reports import frame
 from reports.hard_cases.chapter import Asked, Outcome
-from reports.tire import kernels, limits, page, runs, study
+from reports.tire import kernels, limits, page, recorded, runs, study
 from reports.tire.scenes import SHARE, tire
 from reports.unit import Measured
 
@@ -125,6 +127,69 @@ def test_the_page_finds_the_limit_its_errors_and_the_cost_at_equal_error(tmp_pat
     assert judged["hard_cases_failed"].value == 1  # its energy drifts by 9 % under the name ok
     path = study.publish(_found(), "quick", tmp_path)
     assert "Node 1" in path.read_text() and json.loads(path.with_suffix(".json").read_text())["budget"] == "quick"
+
+
+def _recorded(tmp_path, monkeypatch, *solids: Outcome):
+    """The solids as a full study records them."""
+    path = tmp_path / "solids.json"
+    recorded.write(solids, "a test", path)
+    held = recorded.read(path)
+    monkeypatch.setattr(recorded, "read", lambda path=None: held)
+    return path
+
+
+def test_a_short_ladder_goes_on_with_the_recorded_solids(tmp_path, monkeypatch):
+    """Solids whose error falls by a tenth from 1 to 0.5 seem to tend elsewhere; recorded ones show the order. Costs are
+    those of solids that were run: 1.6 % at h = 0.4 and 625 s, where the plate's line gives 20 s (2.5 / 1.6)^2."""
+    found = _found()
+    every = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (0.5, 0.4, 0.32, 0.25)]
+    found["drop"] = [*every[:2], *(_run(h, "ancf", -0.1 * h**2, 20.0 * (0.5 / h) ** 4) for h in (1.0, 0.5))]
+    found["drop"][-1].asked.arguments["mesh"] = page.MESH
+    found["drop"][-2].asked.arguments["mesh"] = [6, 3]
+    judged = {figure.name: figure for figure in page.figures(found)}
+    assert judged["height_difference_percent"].value == pytest.approx(100 * 0.009 / 0.984, rel=1e-6)
+    path = _recorded(tmp_path, monkeypatch, *every)
+    assert json.loads(path.read_text())["made"]["reason"] == "a test"
+    judged = {figure.name: figure for figure in page.figures(found)}
+    assert judged["height_difference_percent"].value == pytest.approx(2.5, rel=1e-4)
+    assert "h = 0.25 m" in judged["height_difference_percent"].note
+    assert judged["cost_ratio"].value == pytest.approx(400 / 20.0, rel=1e-4)
+    found["drop"] = [*every[:2], *(_run(h, "ancf", -0.1 * h**2, 20.0 * (0.5 / h) ** 4) for h in (0.4, 0.2))]
+    found["drop"][-2].asked.arguments["mesh"] = [6, 3]
+    judged = {figure.name: figure for figure in page.figures(found)}
+    assert judged["height_difference_percent"].value == pytest.approx(0.4, rel=1e-4)
+    assert judged["cost_ratio"].value == pytest.approx(625 / (20 * 1.25**4), rel=1e-4)  # at 1.6 %, not at 0.4 %
+    assert "recorded" in study.publish(found, "quick", tmp_path).read_text()
+
+
+@pytest.mark.parametrize("key", recorded.COMPARED)
+def test_a_record_of_another_tire_is_not_used(tmp_path, monkeypatch, key):
+    """Where a solid that was run differs from the recorded one, and where none is the same size."""
+    every = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (1.0, 0.5, 0.25)]
+    _recorded(tmp_path, monkeypatch, *every)
+    assert [o.get("h") for o in recorded.finer(every[:2])] == [0.25]
+    assert recorded.finer(every) == recorded.finer(every[:0]) == ()
+    assert recorded.finer([_run(0.7, "reference", 0.0, 1.0)]) == ()
+    other = _run(0.5, "reference", -0.025, 400.0)
+    other.measured.values[key] *= 1.001
+    assert recorded.finer([every[0], other]) == ()
+
+
+def test_the_record_is_of_the_shipped_tire():
+    """Its solids are those of the full budget; the gate knows what the coarsest of them finds."""
+    held = recorded.read()
+    assert tuple(o.get("h") for o in held) == study.SIZES["full"]
+    rows = {row["case"]: row["value"] for row in gate.read(frame.BASELINES / "tire.json")["rows"]}
+    for key in recorded.COMPARED:
+        assert held[0].get(key) == pytest.approx(rows[f"drop: size 0.22: {key}"], rel=1e-6)
+    assert limits.Ladder(held).convergence("travel").extrapolated is not None
+
+
+@pytest.mark.parametrize("words", [["--budget", "quick", "--record", "why"], ["--budget", "full", "--record", " "]])
+def test_only_a_full_study_records_and_says_why(words, capsys):
+    with pytest.raises(SystemExit) as ended:
+        study.main(words)
+    assert ended.value.code == 2 and "--record" in capsys.readouterr().err
 
 
 def test_the_gate_knows_each_fall_by_its_case_and_how_it_ended():

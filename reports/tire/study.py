@@ -1,6 +1,7 @@
 """Drop the tire, judge it, write tire.html and tire.json.
 
     python -m reports.tire --budget quick|standard|full
+    python -m reports.tire --budget full --record REASON
 
 Every unit runs in a process of its own with one thread, `--jobs` of them at a time. A unit that fails is a row
 with the failure's name; nothing else is lost by it.
@@ -15,7 +16,7 @@ from typing import Any
 from compare import gate
 from reports import frame
 from reports.hard_cases.chapter import Asked
-from reports.tire import kernels, page, rolling, savings, standing, treads
+from reports.tire import kernels, page, recorded, rolling, savings, standing, treads
 
 RUNS = "tire.runs"
 UNTIL = 0.32  # s: the first bounce
@@ -95,8 +96,14 @@ def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
 
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
-    options = frame.gated(frame.parser("tire", page.LEAD)).parse_args(words)
+    parser = frame.gated(frame.parser("tire", page.LEAD))
+    parser.add_argument("--record", metavar="REASON", help="keep these solids for shorter studies (budget full)")
+    options = parser.parse_args(words)
+    if options.record is not None and (options.budget != "full" or not options.record.strip()):
+        parser.error("--record: states a reason, and records the solids of --budget full alone")
     found = run(options.budget, options.jobs, frame.taking(options.out, options.fresh))
+    if options.record:
+        recorded.write(found["drop"], options.record)
     path = publish(found, options.budget, options.out)
     judged = page.figures(found)
     frame.print_figures(judged)

@@ -62,7 +62,10 @@ class Mesh:
         if e not in self.special:
             return [cell]
         kinks = (self.special[e].shape.lines(axis) for axis in (0, 1))
-        x, y = ([low, *(low + at for at in lines), high] for (low, high), lines in zip(cell, kinks, strict=True))
+        x, y = (
+            [low, *(low + at for at in lines if HAIR < at / (high - low) < 1 - HAIR), high]
+            for (low, high), lines in zip(cell, kinks, strict=True)
+        )
         return [(along, across) for along in pairwise(x) for across in pairwise(y)]
 
     def extended(

@@ -18,14 +18,16 @@ With lips, the material beyond the floor, which ends at the wall with a free fac
 
 with the distance d from the wall, away from the floor, and e(d) of `ancf.free_edge`, which ends where this material
 does, at the next wall, or else on the element's side. They are the functions of `ancf.layer` for walls inside elements.
-On the groove's side nothing is beyond the floor. Beyond a wall that stands just before a grid line nearly all material
-is the next element's: there the functions go on, as far as that element's side. Where the side is much nearer than the
-thickness nonetheless, there is no room; where it is farther, what the element has beside the layer is too coarse for
+On the groove's side nothing is beyond the floor. Where the element's side is nearer than h / sqrt(10) behind a wall, h
+the thickness, nearly all of this material is the next element's: the functions go on there, as far as that element's
+side. Where they would end as near nonetheless, there is no room: a rib that a plane of symmetry halves needs it on its
+own half. Where they would end much farther than the thickness, what the element has beside the layer is too coarse for
 it: the shoulder of the tire then slides too easily.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -42,12 +44,15 @@ from ancf.subdomain import GROOVE, Band, Feature
 KINDS = ("r_w", "d_w", "l_w")
 PLAIN = 2  # of these kinds are those of a wall without lip
 NEAR = 0.02  # of an element's size: a wall this near to a grid line stands on it
-ROOM = 1.0, 3.2  # times 1 / decay: between these an element has the room for a lip beside its wall
+ROOM = 1.0, 3.2  # times 1 / decay: between these a lip has room from its wall to where it ends
+LEAST = 1e-6  # of the thickness: a groove that is shallower by less is as deep
+DIGITS = 11  # of an element's size, to which walls stand alike in equal elements
 DEEP = 1e-9  # of the greatest depth: what is as deep is floor
 
 
 class Lip(NamedTuple):
-    """T of a lip, whose `decay` is by parameter, the way out of the floor (1 or -1), and the parameter where e ends."""
+    """T of a lip, whose `decay` is by parameter, the way out of the floor (1 or -1), and where e ends: a parameter, or
+    in a `Wall` the distance from the element's corner, as the wall's own place."""
 
     through: Through
     outward: int
@@ -57,8 +62,8 @@ class Lip(NamedTuple):
 class Wall(NamedTuple):
     """Functions of a wall at the distance `at` from the element's corner on the axis `across`.
 
-    side: 0 or 1, the side across the band on which L is 1. r_w, d_w and l_w belong to it. lip: None without one; its
-    end counts from the corner too. inside: whether the wall stands in this element; into others only its lip reaches.
+    side: 0 or 1, the side across the band on which L is 1. r_w, d_w and l_w belong to it. lip: None without one.
+    inside: whether the wall stands in this element; into others only its lip reaches.
     """
 
     across: int
@@ -101,8 +106,9 @@ class Walled(Wider):
         return (*self.base.in_z, *(self.number_of(Z) if isinstance(Z, Kink) else Z for Z in own))
 
     def lines(self, axis: int) -> list[float]:
-        """Where they have a kink on an axis, from the element's corner."""
-        return sorted({wall.at for wall in self.walls if wall.across == axis and wall.inside})
+        """Where they have a kink on an axis, from the element's corner; a lip may end beyond its sides."""
+        own = [wall for wall in self.walls if wall.across == axis]
+        return sorted({wall.at for wall in own if wall.inside} | {wall.lip.end for wall in own if wall.lip is not None})
 
     def evaluate(self, points: np.ndarray, size: tuple[float, float]) -> ShapeValues:
         """Values at points (q, 3), measured from the element's corner (0, 0), for sides `size` = (a, b)."""
@@ -170,19 +176,21 @@ def with_walls(mesh: Mesh, bands: Sequence[Feature], thickness: float | None = N
     number_of = dict(zip(keys, numbers, strict=True))
     special = {}
     for e, found in own.items():
-        vectors = [wider.connectivity[e], *(number_of[key][-len(wall.kinds) :] for wall, key in found)]
+        vectors = [wider.connectivity[e], *(number_of[key][-len(wall.kinds) :] for wall, key in found)]  # l_w is last
         special[e] = Special(Walled(mesh.shape, tuple(wall for wall, _ in found)), np.concatenate(vectors))
     return replace(wider, special=special)
 
 
 def _wall(cell: Cell, across: int, at: float, side: int, lip: Lip | None, inside: bool) -> Wall:
-    """A wall as the element of a cell knows it."""
-    corner = cell[across][0]
-    return Wall(across, at - corner, side, lip and lip._replace(end=lip.end - corner), inside)
+    """A wall as the element of a cell knows it; equal elements round alike."""
+    low, high = cell[across]
+    digits = DIGITS - math.ceil(math.log10(high - low))
+    own = lip and lip._replace(end=round(lip.end - low, digits))
+    return Wall(across, round(at - low, digits), side, own, inside)
 
 
 def _rows(mesh: Mesh, across: int, row: int, lip: Lip | None) -> list[int]:
-    """The row of a wall, and the next one where its lip goes on there."""
+    """The row of a wall, and after it the next one where its lip goes on there."""
     lines = (mesh.x_lines, mesh.y_lines)[across]
     if lip is None or lines[row] <= lip.end <= lines[row + 1]:
         return [row]
@@ -209,31 +217,49 @@ def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, floa
 
 
 def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float | None) -> Lip | None:
-    """The lip of a wall, its end by parameter; None without thickness, without room, or of two bands."""
+    """The lip of a wall, its end by parameter; None without thickness, without room, and where bands overlap."""
     own = [band for band in bands if (row, at) in _crossed(mesh, band, across)]
-    if thickness is None or len(own) > 1:
+    if thickness is None or len(own) > 1 or _covered(bands, own[0], at, thickness):
         return None
     (band,) = own
     outward = (1 if at > np.mean(floor_edges(band)) else -1) * (1 if band.sign == GROOVE else -1)
     lines, decay = (mesh.x_lines, mesh.y_lines)[across], DECAY / thickness * mesh.metres(across)
-    side = row + (outward > 0)
-    if abs(lines[side] - at) * decay < ROOM[0] and 0 < side < len(lines) - 1:
+    side, ring = row + (outward > 0), mesh.closed and across == 0
+    if abs(lines[side] - at) * decay < ROOM[0] and 0 < side < len(lines) - 1 and not ring:
         side += outward
-    ends = (lines[side], *_walls_beyond(mesh, bands, band, at, outward))
+    ends = (lines[side], *_walls_beyond(mesh, bands, band, at, outward, thickness))
     end = outward * min(outward * place for place in ends)
     if not ROOM[0] <= abs(end - at) * decay <= ROOM[1]:
         return None
     return Lip(through(band, thickness)._replace(across=across, decay=decay), outward, float(end))
 
 
-def _walls_beyond(mesh: Mesh, bands: Sequence[Feature], own: Band, at: float, outward: int) -> Iterator[float]:
-    """Where on the way out of a wall of a band its like begin or end that run the whole length of the mesh."""
+def _like(bands: Sequence[Feature], own: Band, thickness: float) -> list[Band]:
+    """Other bands along the same axis, of the same face and sign; of grooves those that are as deep."""
+    kind, floor = (own.across, own.face, own.sign), own.face * through(own, thickness).floor
+    others = [band for band in bands if isinstance(band, Band) and band is not own]
+    same = [band for band in others if (band.across, band.face, band.sign) == kind]
+    return [band for band in same if band.face * through(band, thickness).floor <= floor + LEAST * thickness]
+
+
+def _covered(bands: Sequence[Feature], own: Band, at: float, thickness: float) -> bool:
+    """Whether another band takes away what a wall would end, or adds to it on both sides."""
+    edges = (floor_edges(band) for band in _like(bands, own, thickness))
+    return any(low < at < high for low, high in edges)
+
+
+def _walls_beyond(
+    mesh: Mesh, bands: Sequence[Feature], own: Band, at: float, outward: int, thickness: float
+) -> Iterator[float]:
+    """Where the material beyond a band's floor ends on the way out of its wall, if it does so along the whole mesh: at
+    the next groove that is as deep; that of a protrusion at its other edge."""
     lines = (mesh.x_lines, mesh.y_lines)[1 - own.across]
-    for band in bands:
-        if isinstance(band, Band) and (band.across, band.face, band.sign) == (own.across, own.face, own.sign):
-            first, last = band.limits(1 - own.across)
-            if first <= lines[0] and lines[-1] <= last:
-                yield from (place for place in floor_edges(band) if outward * (place - at) > 0)
+    for band in _like(bands, own, thickness) if own.sign == GROOVE else [own]:
+        first, last = band.limits(1 - own.across)
+        begins, ends = floor_edges(band)[::outward]
+        place = begins if own.sign == GROOVE else ends
+        if first <= lines[0] and lines[-1] <= last and outward * (place - at) > 0:
+            yield place
 
 
 def _columns(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: float) -> np.ndarray:

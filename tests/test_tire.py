@@ -129,60 +129,89 @@ def test_the_page_finds_the_limit_its_errors_and_the_cost_at_equal_error(tmp_pat
     assert "Node 1" in path.read_text() and json.loads(path.with_suffix(".json").read_text())["budget"] == "quick"
 
 
-def _recorded(tmp_path, monkeypatch, *solids: Outcome):
+def _record(tmp_path, monkeypatch, *solids: Outcome):
     """The solids as a full study records them."""
     path = tmp_path / "solids.json"
     recorded.write(solids, "a test", path)
     held = recorded.read(path)
-    monkeypatch.setattr(recorded, "read", lambda path=None: held)
-    return path
+    monkeypatch.setattr(recorded, "read", lambda: held)
+
+
+def _judged(solids: list[Outcome], *plates: tuple[float, list[int]]) -> tuple[dict, dict]:
+    """Figures of runs whose errors fall with h squared, plates of 20 s at h = 0.5 whose cost grows with h^-4."""
+    own = [_run(h, "ancf", -0.1 * h**2, 20.0 * (0.5 / h) ** 4, mesh) for h, mesh in plates]
+    found = _found() | {"drop": [*solids, *own]}
+    return found, {figure.name: figure for figure in page.figures(found)}
 
 
 def test_a_short_ladder_goes_on_with_the_recorded_solids(tmp_path, monkeypatch):
-    """Solids whose error falls by a tenth from 1 to 0.5 seem to tend elsewhere; recorded ones show the order. Costs are
-    those of solids that were run: 1.6 % at h = 0.4 and 625 s, where the plate's line gives 20 s (2.5 / 1.6)^2."""
-    found = _found()
+    """Two solids show no order, recorded ones do: the plate is 2.5 % from their limit instead of 0.9 % from 0.4 m.
+
+    Costs are those of solids that were run. They reach 1.6 %: for a plate at 2.5 % its own 20 s count, against 400 s;
+    for one at 0.4 % the 20 (0.5 / 0.4)^4 s of the line through two plates, against 625 s.
+    """
     every = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (0.5, 0.4, 0.32, 0.25)]
-    found["drop"] = [*every[:2], *(_run(h, "ancf", -0.1 * h**2, 20.0 * (0.5 / h) ** 4) for h in (1.0, 0.5))]
-    found["drop"][-1].asked.arguments["mesh"] = page.MESH
-    found["drop"][-2].asked.arguments["mesh"] = [6, 3]
-    judged = {figure.name: figure for figure in page.figures(found)}
-    assert judged["height_difference_percent"].value == pytest.approx(100 * 0.009 / 0.984, rel=1e-6)
-    path = _recorded(tmp_path, monkeypatch, *every)
-    assert json.loads(path.read_text())["made"]["reason"] == "a test"
-    judged = {figure.name: figure for figure in page.figures(found)}
+    plates = (1.0, [6, 3]), (0.5, page.MESH)
+    alone = _judged(every[:2], *plates)[1]
+    assert alone["height_difference_percent"].value == pytest.approx(100 * 0.009 / 0.984, rel=1e-6)
+    _record(tmp_path, monkeypatch, *every)
+    found, judged = _judged(every[:2], *plates)
     assert judged["height_difference_percent"].value == pytest.approx(2.5, rel=1e-4)
     assert "h = 0.25 m" in judged["height_difference_percent"].note
     assert judged["cost_ratio"].value == pytest.approx(400 / 20.0, rel=1e-4)
-    found["drop"] = [*every[:2], *(_run(h, "ancf", -0.1 * h**2, 20.0 * (0.5 / h) ** 4) for h in (0.4, 0.2))]
-    found["drop"][-2].asked.arguments["mesh"] = [6, 3]
-    judged = {figure.name: figure for figure in page.figures(found)}
+    path = study.publish(found, "quick", tmp_path)
+    told = path.read_text()
+    assert "size 0.25, recorded" in told and "h = 0.32, 0.25 m, recorded on" in told and "limit of the solids" in told
+    rows = json.loads(path.with_suffix(".json").read_text())["rows"]
+    assert [row["h"] for row in rows if row["part"] == "recorded"] == [0.32, 0.25]
+    judged = _judged(every[:2], (0.4, [6, 3]), (0.2, page.MESH))[1]
     assert judged["height_difference_percent"].value == pytest.approx(0.4, rel=1e-4)
-    assert judged["cost_ratio"].value == pytest.approx(625 / (20 * 1.25**4), rel=1e-4)  # at 1.6 %, not at 0.4 %
-    assert "recorded" in study.publish(found, "quick", tmp_path).read_text()
+    assert judged["cost_ratio"].value == pytest.approx(625 / (20 * 1.25**4), rel=1e-4)
+    judged = _judged(every[:2], (0.2, page.MESH))[1]
+    assert judged["cost_ratio"].value is None and "No run of the plate" in judged["cost_ratio"].note
 
 
-@pytest.mark.parametrize("key", recorded.COMPARED)
-def test_a_record_of_another_tire_is_not_used(tmp_path, monkeypatch, key):
-    """Where a solid that was run differs from the recorded one, and where none is the same size."""
-    every = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (1.0, 0.5, 0.25)]
-    _recorded(tmp_path, monkeypatch, *every)
-    assert [o.get("h") for o in recorded.finer(every[:2])] == [0.25]
-    assert recorded.finer(every) == recorded.finer(every[:0]) == ()
-    assert recorded.finer([_run(0.7, "reference", 0.0, 1.0)]) == ()
-    other = _run(0.5, "reference", -0.025, 400.0)
-    other.measured.values[key] *= 1.001
-    assert recorded.finer([every[0], other]) == ()
+def test_a_record_of_another_tire_is_not_used(tmp_path, monkeypatch):
+    """Where a solid that was run differs from the recorded one, in what was asked too, and where none is the same."""
+    every = [_run(h, "reference", -0.1 * h**2, 100 / h**2) for h in (1.0, 0.5, 0.4, 0.25)]
+    _record(tmp_path, monkeypatch, *every[:1], *every[2:])
+    assert [o.get("h") for o in recorded.beyond(every[:2]).solids] == [0.4, 0.25]
+    assert recorded.beyond(every) == ((), "") and "none was run" in recorded.beyond(every[:0]).words
+    assert not recorded.beyond(every[1:2]).solids
+    for key in (*recorded.NUMBERS, *recorded.PATHS, "times"):
+        other = _run(1.0, "reference", -0.1, 100.0)
+        other.measured.values[key] = (np.array(other.get(key)) * 1.001).tolist()
+        solids, words = recorded.beyond([other])
+        assert not solids and (key.replace("_", " ") in words or (key == "times" and "another question" in words))
+    other.asked.arguments["until"] = 0.4
+    assert "another question" in recorded.beyond([other]).words
 
 
 def test_the_record_is_of_the_shipped_tire():
     """Its solids are those of the full budget; the gate knows what the coarsest of them finds."""
-    held = recorded.read()
+    held = recorded.read().solids
     assert tuple(o.get("h") for o in held) == study.SIZES["full"]
     rows = {row["case"]: row["value"] for row in gate.read(frame.BASELINES / "tire.json")["rows"]}
-    for key in recorded.COMPARED:
+    for key in ("travel", "peak_force"):
         assert held[0].get(key) == pytest.approx(rows[f"drop: size 0.22: {key}"], rel=1e-6)
     assert limits.Ladder(held).convergence("travel").extrapolated is not None
+
+
+def test_only_all_solids_of_a_full_study_are_recorded(tmp_path, monkeypatch, capsys):
+    """One that is missing, or a number that is none, leaves the record as it is; the page is written before."""
+    monkeypatch.setattr(study, "publish", lambda *_: tmp_path)
+    words, kept = ["--budget", "full", "--record", "why"], []
+    monkeypatch.setattr(recorded, "write", lambda outcomes, reason: kept.append(reason))
+    for solids, status in ((study.SIZES["full"], 0), (study.SIZES["full"][:-1], 1)):
+        found = _found() | {"drop": [_run(h, "reference", -(h**2), 1 / h) for h in solids]}
+        monkeypatch.setattr(study, "run", lambda *_, found=found: found)
+        monkeypatch.setattr(study.page, "figures", lambda found: [])
+        assert study.main(words) == status
+    assert kept == ["why"] and "not recorded" in capsys.readouterr().err
+    with pytest.raises(ValueError, match="JSON"):
+        monkeypatch.undo()
+        recorded.write([_run(1.0, "reference", float("nan"), 1.0)], "why", tmp_path / "r.json")
+    assert not (tmp_path / "r.json").exists()
 
 
 @pytest.mark.parametrize("words", [["--budget", "quick", "--record", "why"], ["--budget", "full", "--record", " "]])

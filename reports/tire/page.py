@@ -52,7 +52,7 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
 
 def _solids(found: dict[str, list[Outcome]]) -> limits.Ladder:
     """The solids that were run, and the recorded ones beyond."""
-    return limits.ladder([*found["drop"], *recorded.finer(found["drop"])], "reference")
+    return limits.ladder([*found["drop"], *recorded.beyond(found["drop"]).solids], "reference")
 
 
 def path_limit(solids: limits.Ladder) -> np.ndarray:
@@ -90,8 +90,8 @@ CHOSEN = (
     "that may touch the ground as it has points of integration, since the footprint is as coarse as they are.",
     "Where the ladder of the solid shows no order, its finest path is the limit. Sharp corners slow it down: the order "
     "of the travel settles only with the finest solid of the full budget, and the limit then lies beyond what shorter "
-    "ladders take for it. So a full run records its solids, and shorter ones, which find the same where they overlap, "
-    "carry their ladder on with the recorded numbers; what a solid costs is told by those that were run.",
+    "ladders take for it. So a full study may record its solids, and a shorter one carries its ladder on with their "
+    "numbers if it finds the same solid at 0.22 m; what a solid costs is told by those that were run.",
 )
 MISFIT = (
     Column("mesh", "elements of the quarter"),
@@ -141,33 +141,36 @@ def _jacobian(solids, own, have: bool) -> Figure:
     return at_most("jacobian_difference_percent", label, value, "%", 0.5, against=against, note=note)
 
 
-def _cost(solids, run, plates, own) -> Figure:
+def _cost(solids: limits.Ladder, run: limits.Ladder, plates: limits.Ladder, own: Outcome | None) -> Figure:
     value, note = _equal_cost(solids, run, plates, own) if run.outcomes and own is not None else (None, "")
-    label = "CPU of the solid over that of 24 x 10 elements at equal error"
+    label = "CPU of the solid over the plate's at equal error"
     return at_least("cost_ratio", label, value, "times", 20.0, against=f"cross-code: {LIMIT}", note=note)
 
 
-def _equal_cost(solids, run, plates, own) -> tuple[float | None, str]:
-    """CPU of the solids that were run over the plate's at one error of the path, and how it came about.
+def _equal_cost(solids: limits.Ladder, run: limits.Ladder, plates: limits.Ladder, own: Outcome):
+    """CPU of the solids that were run over the plate's at one error of the path (None without), and how it came about.
 
-    The error is that of a run of the plate; where no solid that was run comes so near to the limit of all solids, that
-    of the finest: then the plate's line tells what it would have spent.
+    The error is that of a run of the plate. Where no solid that was run comes so near to the limit of all solids, it is
+    the least that one has, and the plate's seconds are those of the line through its runs.
     """
     line = path_limit(solids)
-    (errors, seconds), (own_errors, own_seconds) = (
-        ([limits.error(o, line) for o in one.outcomes], [o.get("cpu_seconds") for o in one.outcomes])
-        for one in (run, plates)
-    )
-    reached, wanted, spent = min(errors), limits.error(own, line), own.get("cpu_seconds")
-    where = "the error of 24 x 10"
-    if reached > wanted:
-        wanted, where = reached, "the error of the finest solid that was run"
+    errors, seconds = _work(run, line)
+    own_errors, own_seconds = _work(plates, line)
+    wanted, spent, where = limits.error(own, line), own.get("cpu_seconds"), "where 24 x 10 elements are"
+    if min(errors) > wanted:
+        wanted, where = min(errors), "where the nearest solid that was run is"
+        if not min(own_errors) <= wanted <= max(own_errors):
+            return None, f"No run of the plate is as far from the limit as {wanted:.2f} %, {where}."
         spent = limits.cost_at(own_errors, own_seconds, wanted)
     needed = limits.cost_at(errors, seconds, wanted)
-    if needed is None or spent is None:
-        return None, ""
-    words = f"At {wanted:.2f} % of node 1's path, {where}: {needed:.0f} s on the solid's line for {spent:.1f} s."
-    return needed / spent, words
+    if needed is None:
+        return None, "One solid shows no cost of another error."
+    return needed / spent, f"At {wanted:.2f} % of node 1's path, {where}: {needed:.0f} s for {spent:.1f} s."
+
+
+def _work(own: limits.Ladder, line: np.ndarray) -> tuple[list[float], list[float]]:
+    """Path errors (percent) and CPU seconds of a ladder."""
+    return [limits.error(o, line) for o in own.outcomes], [o.get("cpu_seconds") for o in own.outcomes]
 
 
 def _energy(found: dict[str, list[Outcome]]) -> Figure:
@@ -259,7 +262,7 @@ def rows(found: dict[str, list[Outcome]]) -> list[dict[str, Any]]:
                 if key not in paths or (key == "node_1" and part == "saved")
             },
         }
-        for part, outcomes in found.items()
+        for part, outcomes in (found | {"recorded": recorded.beyond(found["drop"]).solids}).items()
         for o in outcomes
     ]
 
@@ -293,7 +296,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
 
 def _drop(found: dict[str, list[Outcome]]) -> list[Block]:
     solids, plates = _solids(found), limits.ladder(found["drop"], "ancf")
-    run, beyond = limits.ladder(found["drop"], "reference"), recorded.finer(found["drop"])
+    run, record = limits.ladder(found["drop"], "reference"), recorded.beyond(found["drop"])
     smooth, off = (limits.ladder(found.get(part, []), "ancf") for part in ("smooth", "off knots"))
     outcomes = [o for part in ("drop", "off knots", "smooth") for o in found.get(part, [])]
     line = path_limit(solids) if solids.outcomes else None
@@ -301,9 +304,9 @@ def _drop(found: dict[str, list[Outcome]]) -> list[Block]:
         row(o, error=limits.error(o, line) if line is not None and o.ok and o.get("ended") == "ok" else None)
         for o in outcomes
     ]
-    table += [row(o, error=limits.error(o, line), case=f"{case(o)}, recorded") for o in beyond]
+    table += [row(o, error=limits.error(o, line), case=f"{case(o)}, recorded") for o in record.solids]
     blocks: list[Block] = [
-        Text(CHOSEN),
+        Text([*CHOSEN, record.words] if record.words else CHOSEN),
         Table("One quarter of the tire; forces and areas are the whole tire's.", RUNS, table),
         Table("Orders and limits.", ORDERS, list(_orders(solids, plates))),
         Table("Misfit of the undeformed mesh.", MISFIT, [_misfit(o) for o in found.get("misfit", []) if o.ok]),
@@ -331,7 +334,7 @@ def _drop(found: dict[str, list[Outcome]]) -> list[Block]:
             (history_plot(f"drop-{key}", words, f"{words} over time.", ("t (s)", unit), series, None), f"{words}.")
         )
     work = [
-        Series(name, role, [o.get("cpu_seconds") for o in own.outcomes], [limits.error(o, line) for o in own.outcomes])
+        Series(name, role, *_work(own, line)[::-1])
         for name, role, own in (
             ("plate", "ancf", plates),
             ("plate, lines beside knots", "difference", off),

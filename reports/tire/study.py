@@ -9,6 +9,7 @@ with the failure's name; nothing else is lost by it.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,7 @@ from typing import Any
 from compare import gate
 from reports import frame
 from reports.hard_cases.chapter import Asked
-from reports.tire import kernels, page, recorded, rolling, savings, standing, treads
+from reports.tire import kernels, limits, page, recorded, rolling, savings, standing, treads
 
 RUNS = "tire.runs"
 UNTIL = 0.32  # s: the first bounce
@@ -94,6 +95,19 @@ def publish(found: frame.Parts, budget: str, folder: Path = frame.OUT) -> Path:
     return frame.publish("tire", page, found, budget, folder)
 
 
+def _recorded(found: frame.Parts, reason: str) -> bool:
+    """Whether all solids of a full study are recorded; else nothing is, and the error stream tells why."""
+    sizes = tuple(o.get("h") for o in limits.ladder(found["drop"], "reference").outcomes)
+    try:
+        if sizes != SIZES["full"]:
+            raise ValueError(f"the solids that ended well are of {sizes} m")
+        recorded.write(found["drop"], reason)
+    except ValueError as error:
+        print(f"not recorded: {error}", file=sys.stderr)
+        return False
+    return True
+
+
 def main(words: Sequence[str] | None = None) -> int:
     """Run, tell, publish; exit status 1 where a figure missed its bar, or has no value because a unit failed."""
     parser = frame.gated(frame.parser("tire", page.LEAD))
@@ -102,9 +116,9 @@ def main(words: Sequence[str] | None = None) -> int:
     if options.record is not None and (options.budget != "full" or not options.record.strip()):
         parser.error("--record: states a reason, and records the solids of --budget full alone")
     found = run(options.budget, options.jobs, frame.taking(options.out, options.fresh))
-    if options.record:
-        recorded.write(found["drop"], options.record)
     path = publish(found, options.budget, options.out)
+    if options.record and not _recorded(found, options.record):
+        return 1
     judged = page.figures(found)
     frame.print_figures(judged)
     print(f"page: {path}")

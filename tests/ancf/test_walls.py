@@ -201,21 +201,76 @@ def test_slopes_on_an_element_s_side_are_those_just_inside(kind):
             np.testing.assert_allclose(shape.evaluate(on, size).S_p, shape.evaluate(near, size).S_p, atol=1e-3)
 
 
+OTHERS = {
+    "opposite": Band(BOTTOM, GROOVE, 0, (0.085, 0.095), 0.02),
+    "short": Band(TOP, GROOVE, 0, (0.085, 0.095), 0.02, (0.0, 0.1)),
+    "shallow": Band(TOP, GROOVE, 0, (0.085, 0.095), 0.001),
+    "raised": Band(TOP, PROTRUSION, 0, (0.085, 0.095), 0.02),
+    "crossing": Band(TOP, GROOVE, 1, (0.085, 0.095), 0.02),
+}
+
+
+def lip_ends(*bands):
+    """Where in one element lips end, by the place of their wall."""
+    mesh = with_walls(grid(SMALL[0], np.array([0.0, 0.1]), None, FAMILY["enriched"]), bands, THICKNESS)
+    walls = [wall for wall in mesh.special[0].shape.walls if wall.lip and wall.across == 1]
+    return {wall.at: wall.lip.end for wall in walls}
+
+
 def test_what_ends_a_lip():
-    """The walls of its like: same face, all along; else the side of the element, or of the next one."""
-    opposite, short = (
-        Band(BOTTOM, GROOVE, 0, (0.085, 0.095), 0.02),
-        Band(TOP, GROOVE, 0, (0.085, 0.095), 0.02, (0.0, 0.1)),
+    """The next groove on its face that is as deep, all along; else the side of the element, or of the next one. That of
+    a protrusion its other edge."""
+    assert lip_ends(*TWO)[0.05] == 0.085
+    for other in OTHERS.values():
+        assert lip_ends(TWO[0], other)[0.05] == lip_ends(TWO[0])[0.05] == 0.1
+    assert lip_ends(Band(TOP, PROTRUSION, 0, (0.03, 0.05), 0.02)) == {0.03: 0.05, 0.05: 0.03}
+
+
+OVERLAPS = {
+    "deeper over shallower": (Band(TOP, GROOVE, 0, (0.03, 0.06), 0.02), Band(TOP, GROOVE, 0, (0.05, 0.09), 0.03)),
+    "as deep": (Band(TOP, GROOVE, 0, (0.03, 0.06), 0.02), Band(TOP, GROOVE, 0, (0.05, 0.09), 0.02)),
+    "one in the other": (Band(TOP, GROOVE, 0, (0.03, 0.08), 0.02), Band(TOP, GROOVE, 0, (0.05, 0.06), 0.02)),
+    "raised": (Band(TOP, PROTRUSION, 0, (0.03, 0.06), 0.02), Band(TOP, PROTRUSION, 0, (0.05, 0.09), 0.02)),
+}
+
+
+@pytest.mark.parametrize("bands", OVERLAPS.values(), ids=OVERLAPS)
+def test_bands_that_overlap_leave_no_mode_without_energy(bands):
+    """Of one face the deepest counts: where a wall ends nothing it has no lip, and none lies in the air."""
+    mesh = with_walls(grid(*SMALL, None, FAMILY["enriched"]), bands, THICKNESS)
+    assert np.any(mesh.kinds == "l_w")
+    free = acting(body(mesh, bands, THICKNESS, SVK, 2000.0, (7, 7, 3), pointwise=True))
+    values = np.linalg.eigvalsh(dense(free, mesh.vectors) / free.lengths[:, None] / free.lengths)
+    assert np.abs(values[:6]).max() < 1e-10 * values[-1] < 1e-3 * values[6]
+
+
+def test_a_ring_with_grooves_across_has_no_seam_either():
+    """Equal elements around, each with a groove just behind its line: one form, and the walls of all alike."""
+    tube, count = Revolved(Curve(1, [0, 0, 1, 1], [[0.0, 0.4], [0.1, 0.4]]), 1), 24
+    lines = np.linspace(0, 2 * np.pi, count + 1)
+    bands = [Band(TOP, GROOVE, 1, (line + 0.03, line + 0.15), 0.02) for line in lines[:-1].tolist()]
+    mesh = grid(lines, np.array([0.0, 0.1]), tube, FAMILY["enriched"], True)
+    mesh = with_walls(mesh, bands, THICKNESS)
+    assert (mesh.kinds == "l_w").sum() % (2 * count) == 0 < (mesh.kinds == "l_w").sum()
+    assert body(mesh, bands, THICKNESS, RUBBER, 1100.0, (5, 5, 3)).shapes == 1
+
+
+@pytest.mark.parametrize("kind", GROOVED)
+def test_slopes_are_those_of_the_values(kind):
+    """Central differences of all functions at places away from kinks, beyond the ends of lips too."""
+    lines, bands, surface = PLATES[kind]
+    mesh, rng, h = (
+        with_walls(grid(*lines, surface, FAMILY["enriched"]), bands, THICKNESS),
+        np.random.default_rng(3),
+        1e-6,
     )
-    lines = SMALL[0], np.array([0.0, 0.1])
-
-    def ends(*bands):
-        mesh = with_walls(grid(*lines, None, FAMILY["enriched"]), bands, THICKNESS)
-        lips = {(wall.at, wall.lip.end) for wall in mesh.special[0].shape.walls if wall.lip}
-        return {end for at, end in lips if at == 0.05}
-
-    assert ends(*TWO) == {0.085}
-    assert ends(TWO[0], opposite) == ends(TWO[0], short) == ends(TWO[0]) == {0.1}
+    for e, (shape, _) in mesh.special.items():
+        size = tuple(high - low for low, high in mesh.cells[e])
+        points = rng.random((40, 3)) * (*size, THICKNESS) - (0, 0, THICKNESS / 2)
+        for p in range(3):
+            step = h * np.eye(3)[p]
+            difference = (shape.evaluate(points + step, size).S - shape.evaluate(points - step, size).S) / (2 * h)
+            np.testing.assert_allclose(shape.evaluate(points, size).S_p[:, :, p], difference, atol=1e-5)
 
 
 PULLED = {

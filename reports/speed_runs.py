@@ -163,27 +163,40 @@ def reference(scene: str, size: float, time_step: float, until: float = 1.0, rep
 
 
 def curve(
-    conforming: list[int], enriched: list[int], sizes: list[float], time_step: float = 0.02, rounds: int = 2
+    conforming: list[int],
+    enriched: list[int],
+    sizes: list[float],
+    time_step: float = 0.02,
+    rounds: int = 2,
+    closer: dict[str, list[Any]] | None = None,
+    more: int = 4,
 ) -> dict[str, Any]:
     """The patch-loaded plain cantilever on a ladder of each ANCF element and of the reference, one run at a time.
 
     Each level keeps its least times of `rounds` rounds; a round runs a cheap level up to three times. All take the
     same time steps, so what is left between levels is the error in space. Enriched elements have ENOUGH points.
+    closer: levels that have `more` rounds besides, spread over as long again, since costs are read off between them.
     """
+    ladders = [{"conforming": conforming, "enriched": enriched, "sizes": sizes}] * rounds
+    ladders += [{"conforming": [], "enriched": [], "sizes": []} | closer] * more if closer else []
+    rows: dict[tuple[str, str], dict[str, Any]] = {}
+    for ladder in ladders:
+        for row in _round(**ladder, time_step=time_step):
+            first = rows.setdefault((row["series"], row["mesh"]), row)
+            if row["status"] == first["status"] == "ok":
+                first |= {key: min(first[key], row[key]) for key in ("wall_seconds", "cpu_seconds")}
+    return {"rows": list(rows.values())}
+
+
+def _round(conforming: list[int], enriched: list[int], sizes: list[float], time_step: float) -> list[dict[str, Any]]:
+    """Rows of the levels of a curve, each run in turn."""
     meshes = [("conforming", n, EXACT) for n in conforming] + [("enriched", n, ENOUGH) for n in enriched]
     own = [{"mesh": [n, n], "element": name, "points": rule, "time_step": time_step} for name, n, rule in meshes]
     solid = [{"size": size, "time_step": time_step} for size in sizes]
     scene = unpictured(PATCH).override({"ancf": {"levels": own}, "reference": {"levels": solid}})
     solvers = {"ancf": "ancf.run", "reference": "reference_fe.run"}
-    found = []
-    for _ in range(rounds):
-        with tempfile.TemporaryDirectory() as folder:
-            found.append([_level(entry) for entry in study.run([scene], solvers, "full", Path(folder), jobs=1)])
-    rows = found[0]
-    for place, row in enumerate(rows):
-        if all(other[place]["status"] == "ok" for other in found):
-            row |= {key: min(other[place][key] for other in found) for key in ("wall_seconds", "cpu_seconds")}
-    return {"rows": rows}
+    with tempfile.TemporaryDirectory() as folder:
+        return [_level(entry) for entry in study.run([scene], solvers, "full", Path(folder), jobs=1)]
 
 
 def _level(entry: study.Entry) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from unittest import mock
 
 import pytest
 
-from reports import speed, speed_curves
+from reports import speed, speed_curves, speed_runs
 from reports.speed_curves import NAMES, Curves, cheapest, cost_to
 from reports.unit import Measured, command, measure
 
@@ -98,6 +98,26 @@ def test_the_ratio_of_known_curves(curve, calculix):
     assert [words.partition(":")[0] for words in curves.why(1.0)] == [NAMES[name] for name in NAMES]
     assert all("within 1 % from" in words and ": 10 unknowns" in words for words in curves.why(1.0))
     assert Curves.of(curve).ratio(1.0, peer="calculix") == (None, mock.ANY)
+
+
+def test_a_curve_keeps_the_least_of_its_rounds_and_has_more_of_those_that_costs_are_read_from(monkeypatch):
+    """Every level twice, those that are looked at closer four times more; a round that failed changes nothing."""
+    asked, times = [], iter([3.0, 2.5, 2.0, 2.0, 1.9, None])
+
+    def one(conforming, enriched, sizes, time_step):
+        asked.append((conforming, enriched, sizes))
+        least = next(times)
+        found = [row("enriched", f"{n}x{n}", 1 / n, -1.0, least or 0.1) for n in enriched]
+        return [own | {"status": "ok" if least else "newton_diverged"} for own in found]
+
+    monkeypatch.setattr(speed_runs, "_round", one)
+    closer = {"enriched": [3], "sizes": [0.2]}
+    rows = speed_runs.curve([4], [2, 3], [0.3, 0.2], closer=closer)["rows"]
+    assert asked == [([4], [2, 3], [0.3, 0.2])] * 2 + [([], [3], [0.2])] * 4
+    assert [(own["mesh"], own["wall_seconds"], own["status"]) for own in rows] == [
+        ("2x2", 2.5, "ok"),
+        ("3x3", 1.9, "ok"),
+    ]
 
 
 def test_the_cheapest_level_within_an_error():

@@ -15,6 +15,7 @@ from ancf.subdomain import Feature, Outlined, division, thickness_range
 
 FINEST = 32
 INWARD = 1e-7
+CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 QUAD = np.array([[0, 1, 2], [0, 2, 3]])
 SIDES = ((0, 1), (1, 2), (2, 3), (3, 0))
 
@@ -36,26 +37,38 @@ def rows(mesh: Mesh, facets: Facets) -> sp.csr_matrix:
 def facets(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> Facets:
     """Both faces, the walls of the grooves and the plate's edges.
 
-    The mid-surface is divided at element lines and groove edges and then evenly, about FINEST times a
-    side; each of these patches has its own corners, so that a groove's wall is as sharp as it is.
+    The mid-surface is divided at element lines and groove edges and then evenly, about FINEST times a side. Patches
+    of one element share the corners where they have one height, and no others: a groove's wall is as sharp as it is,
+    and what jumps between elements does.
     """
     if any(isinstance(band, Outlined) for band in bands):
         return _cut_facets(mesh, bands, thickness)
     x, y = (_lines(mesh, bands, axis) for axis in (0, 1))
     nx, ny = len(x) - 1, len(y) - 1
-    i, j = np.indices((nx, ny))
-    corners = [np.stack([x[i + c], y[j + d]], axis=-1) for c, d in ((0, 0), (1, 0), (1, 1), (0, 1))]
-    xy = np.stack(corners, axis=2)
+    i, j = (line[..., None] + step for line, step in zip(np.indices((nx, ny)), CORNERS.T, strict=True))
+    xy = np.stack([x[i], y[j]], axis=-1)
     inside = xy + INWARD * (xy.mean(axis=2, keepdims=True) - xy)
     z = thickness_range(bands, thickness, inside[..., 0], inside[..., 1])
-    points = np.concatenate([np.concatenate([xy, z[face][..., None]], axis=-1).reshape(-1, 3) for face in (1, 0)])
-    number = np.arange(nx * ny * 4).reshape(nx, ny, 4)
-    top, bottom = number, number + number.size
+    elements = np.repeat(_elements(mesh, xy.mean(axis=2).reshape(-1, 2)), 4)
+    chosen, numbers = zip(*(_distinct(elements, i * (ny + 1) + j, z[face]) for face in (1, 0)), strict=True)
+    top, bottom = numbers[0], numbers[1] + len(chosen[0])
+    faces = (np.column_stack([xy.reshape(-1, 2), z[face].ravel()]) for face in (1, 0))
+    points = np.concatenate([own[few] for own, few in zip(faces, chosen, strict=True)])
     quads = [top.reshape(-1, 4), bottom[..., ::-1].reshape(-1, 4), *_walls(top, bottom, z, mesh.closed)]
     triangles = np.concatenate(quads)[:, QUAD].reshape(-1, 3)
-    elements = _elements(mesh, xy.mean(axis=2).reshape(-1, 2))
     edges = np.concatenate([_edges(face, x, y, mesh) for face in (top, bottom)])
-    return Facets(points, np.tile(np.repeat(elements, 4), 2), triangles, edges)
+    return Facets(points, np.concatenate([elements[few] for few in chosen]), triangles, edges)
+
+
+def _distinct(elements: np.ndarray, places: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Which corners of patches (n,) stand for all of one element (n,), place and height, and the number (nx, ny, 4) of
+    the one that stands for each."""
+    where, height = elements * (places.max() + 1) + places.ravel(), z.ravel()
+    order = np.lexsort((height, where))
+    first = np.concatenate([[True], (np.diff(where[order]) != 0) | (np.diff(height[order]) != 0)])
+    number = np.empty(len(order), dtype=int)
+    number[order] = np.cumsum(first) - 1
+    return order[first], number.reshape(z.shape)
 
 
 def _cut_facets(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> Facets:

@@ -9,6 +9,7 @@ from threadpoolctl import threadpool_info, threadpool_limits
 
 from ancf.linear_solver import LinearSolver
 from ancf.newton import equilibrium
+from ancf.outline import facets
 from ancf.run import estimate, solve
 from ancf.system import system
 from ancf.unpack import build, held_of
@@ -95,6 +96,21 @@ def test_outline_closes_around_the_kept_material():
     assert np.abs(ends).max() < 0.025
     steps = np.abs(np.diff(drawn.points[drawn.edges], axis=1)[:, 0])
     assert np.all(np.isin(np.round(drawn.points[drawn.edges[steps[:, 0] > 1e-9][:, 0], 1], 9), [0.0, 0.2, 0.4, 0.6]))
+
+
+@pytest.mark.parametrize("changes", [{"grooves": []}, {}], ids=["plain", "grooved"])
+def test_patches_share_corners_inside_an_element_alone(changes):
+    """Each place of an element's faces once; on element lines each element has its own, and a groove's edge is two."""
+    case = falling(**changes)
+    model = build(case, LEVEL)
+    drawn = facets(model.mesh, model.bands, case.thickness)
+    corners = list(zip(drawn.elements.tolist(), map(tuple, drawn.points.tolist()), strict=True))
+    assert len(set(corners)) == len(corners) > len({point for _, point in corners})
+    assert set(drawn.triangles.ravel().tolist()) == set(range(len(corners)))
+    floor = [] if "grooves" in changes else [0.005]
+    assert np.unique(drawn.points[:, 2]) == pytest.approx([-0.025, *floor, 0.025])
+    edge = {point[2] for _, point in corners if abs(point[1] - 0.3) < 1e-9 and point[2] < 0.02}
+    assert len(edge) == 2 * len(floor)
 
 
 @pytest.mark.parametrize("name", ["cylinder_panel", "rounded_groove", "cantilever_patch"])
@@ -198,7 +214,8 @@ def test_a_thin_shell_far_from_the_origin_converges():
 
 def test_blas_has_one_thread_during_a_solve_alone():
     def threads():
-        return {library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"}
+        """Of NumPy's and SciPy's; MKL, which another test may have loaded, is the reference's."""
+        return {library["num_threads"] for library in threadpool_info() if library["internal_api"] == "openblas"}
 
     with threadpool_limits(2, user_api="blas"):
         before, during = threads(), []

@@ -259,11 +259,8 @@ def test_a_ring_with_grooves_across_has_no_seam_either():
 def test_slopes_are_those_of_the_values(kind):
     """Central differences of all functions at places away from kinks, beyond the ends of lips too."""
     lines, bands, surface = PLATES[kind]
-    mesh, rng, h = (
-        with_walls(grid(*lines, surface, FAMILY["enriched"]), bands, THICKNESS),
-        np.random.default_rng(3),
-        1e-6,
-    )
+    mesh = with_walls(grid(*lines, surface, FAMILY["enriched"]), bands, THICKNESS)
+    rng, h = np.random.default_rng(3), 1e-6
     for e, (shape, _) in mesh.special.items():
         size = tuple(high - low for low, high in mesh.cells[e])
         points = rng.random((40, 3)) * (*size, THICKNESS) - (0, 0, THICKNESS / 2)

@@ -262,7 +262,7 @@ def rows(found: dict[str, list[Outcome]]) -> list[dict[str, Any]]:
                 if key not in paths or (key == "node_1" and part == "saved")
             },
         }
-        for part, outcomes in (found | {"recorded": recorded.beyond(found["drop"]).solids}).items()
+        for part, outcomes in (found | {"recorded": recorded.beyond(found.get("drop", [])).solids}).items()
         for o in outcomes
     ]
 

@@ -144,7 +144,7 @@ def friction(law: Law, obstacle: Obstacle, motion: Motion, p: np.ndarray, slip: 
     taken, _, trial = _trial(law, n, motion, slip)
     size, most = np.sqrt(dot(trial, trial)), law.friction * p
     slides = size > most
-    t = np.where(slides, most / np.maximum(size, TINY), 1.0)[:, None] * trial
+    t = np.divide(most, size, out=np.ones_like(size), where=slides)[:, None] * trial
     stuck = taken - dot(n, taken)[:, None] * n
     held = np.minimum(1.0, most / law.stick_stiffness / np.maximum(np.sqrt(dot(stuck, stuck)), TINY))
     return Friction(t, slides, np.where(slides, held, 1.0)[:, None] * stuck)

@@ -25,6 +25,7 @@ from ancf.quadratic_form import QuadraticElements, quadratic_form
 from ancf.sharing import Sharing, possible, sharing, sides
 from ancf.split_form import SplitFormElements, is_split, split_form
 from ancf.subdomain import Feature, element_rule
+from ancf.wall import wall_sides
 
 if TYPE_CHECKING:
     from ancf.contact import Contact
@@ -284,8 +285,8 @@ def body(
 
 
 def dividing(mesh: Mesh, bands: Sequence[Feature], thickness: float, free: Sequence[str]) -> list[Feature]:
-    """All that divides elements: the bands, and where layers on the free edges and beside walls end."""
-    return [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness)]
+    """All that divides elements: the bands, where layers on the free edges and beside walls end, and walls."""
+    return [*bands, *strips(mesh, thickness, free), *wall_strips(mesh, thickness), *wall_sides(mesh, bands)]
 
 
 class _Group(NamedTuple):

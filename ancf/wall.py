@@ -39,7 +39,7 @@ from ancf.layer import Through, through
 from ancf.mesh import HAIR, Cell, Mesh, Special
 from ancf.nurbs import curve_derivatives
 from ancf.shape import Kink, ShapeValues, Wider, numbered
-from ancf.subdomain import GROOVE, Band, Feature
+from ancf.subdomain import GROOVE, PROTRUSION, TOP, Band, Feature, Outlined
 
 KINDS = ("r_w", "d_w", "l_w")
 PLAIN = 2  # of these kinds are those of a wall without lip
@@ -205,6 +205,19 @@ def floor_edges(band: Band) -> list[float]:
         if np.ptp(floor) > 0:
             return [float(floor.min()), float(floor.max())]
     return [float(limit) for limit in band.limits(band.across)]
+
+
+def wall_sides(mesh: Mesh, bands: Sequence[Feature]) -> list[Band]:
+    """Bands of no height from each wall on, where outlines cut the plate: their rules take parts of an element that are
+    as thick for one, and would take those on both sides of a wall."""
+    if not any(isinstance(band, Outlined) for band in bands) or not _walled(mesh):
+        return []
+    own = {(band.along, place) for band in bands for axis in (0, 1) for _, place in _crossed(mesh, band, axis)}
+    return [Band(TOP, PROTRUSION, along, (place, math.inf), 0.0) for along, place in sorted(own)]
+
+
+def _walled(mesh: Mesh) -> bool:
+    return any(isinstance(shape, Walled) for shape, _ in mesh.special.values())
 
 
 def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, float]]:

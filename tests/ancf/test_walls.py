@@ -10,7 +10,7 @@ from ancf.nurbs import Curve, Revolved
 from ancf.pressure import follower_pressure
 from ancf.run import estimate, solve
 from ancf.shape import FAMILY
-from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
+from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band, Outlined
 from ancf.system import body, system
 from ancf.wall import KINDS, floor_edges, with_walls
 from compare.scene import parse
@@ -253,6 +253,20 @@ def test_a_ring_with_grooves_across_has_no_seam_either():
     mesh = with_walls(mesh, bands, THICKNESS)
     assert (mesh.kinds == "l_w").sum() % (2 * count) == 0 < (mesh.kinds == "l_w").sum()
     assert body(mesh, bands, THICKNESS, RUBBER, 1100.0, (5, 5, 3)).shapes == 1
+
+
+def test_outlines_in_an_element_with_walls_cost_no_accuracy():
+    """Parts as thick on both sides of a wall are two: 1e-5 of the stiffness at 5 points, 22 % where they were one."""
+    square = Curve(1, [0, 0, 1, 2, 3, 4, 4], [[0.02, 0.1], [0.06, 0.1], [0.06, 0.13], [0.02, 0.13], [0.02, 0.1]])
+    bands = (*TWO, Outlined(BOTTOM, GROOVE, square, 0.01))
+    mesh = with_walls(grid(SMALL[0], np.array([0.0, 0.14]), None, FAMILY["conforming"]), bands, THICKNESS)
+
+    def stiffness(points):
+        return dense(acting(body(mesh, bands, THICKNESS, SVK, 2000.0, points, pointwise=True)), mesh.vectors)
+
+    found, exact = stiffness((5, 5, 3)), stiffness((9, 9, 4))
+    size = np.sqrt(np.diag(exact))
+    np.testing.assert_allclose(found / size[:, None] / size, exact / size[:, None] / size, atol=1e-5)
 
 
 @pytest.mark.parametrize("kind", GROOVED)

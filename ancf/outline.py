@@ -11,11 +11,11 @@ import scipy.sparse as sp
 from ancf.functional import interpolation
 from ancf.mesh import Mesh
 from ancf.outline_cut import surface
+from ancf.shape import CORNERS
 from ancf.subdomain import Feature, Outlined, division, thickness_range
 
 FINEST = 32
 INWARD = 1e-7
-CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
 QUAD = np.array([[0, 1, 2], [0, 2, 3]])
 SIDES = ((0, 1), (1, 2), (2, 3), (3, 0))
 
@@ -45,7 +45,7 @@ def facets(mesh: Mesh, bands: Sequence[Feature], thickness: float) -> Facets:
         return _cut_facets(mesh, bands, thickness)
     x, y = (_lines(mesh, bands, axis) for axis in (0, 1))
     nx, ny = len(x) - 1, len(y) - 1
-    i, j = (line[..., None] + step for line, step in zip(np.indices((nx, ny)), CORNERS.T, strict=True))
+    i, j = (line[..., None] + step for line, step in zip(np.indices((nx, ny)), np.array(CORNERS).T, strict=True))
     xy = np.stack([x[i], y[j]], axis=-1)
     inside = xy + INWARD * (xy.mean(axis=2, keepdims=True) - xy)
     z = thickness_range(bands, thickness, inside[..., 0], inside[..., 1])

@@ -35,7 +35,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ancf.free_edge import DECAY, fading
-from ancf.layer import Through, through
+from ancf.layer import LEAST, Through, through
 from ancf.mesh import HAIR, Cell, Mesh, Special
 from ancf.nurbs import curve_derivatives
 from ancf.shape import Kink, ShapeValues, Wider, numbered
@@ -45,7 +45,6 @@ KINDS = ("r_w", "d_w", "l_w")
 PLAIN = 2  # of these kinds are those of a wall without lip
 NEAR = 0.02  # of an element's size: a wall this near to a grid line stands on it
 ROOM = 1.0, 3.2  # times 1 / decay: between these a lip has room from its wall to where it ends
-LEAST = 1e-6  # of the thickness: a groove that is shallower by less is as deep
 DIGITS = 11  # of an element's size, to which walls stand alike in equal elements
 DEEP = 1e-9  # of the greatest depth: what is as deep is floor
 
@@ -232,15 +231,18 @@ def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, floa
 def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float | None) -> Lip | None:
     """The lip of a wall, its end by parameter; None without thickness, without room, and where bands overlap."""
     own = [band for band in bands if (row, at) in _crossed(mesh, band, across)]
-    if thickness is None or len(own) > 1 or _covered(bands, own[0], at, thickness):
+    if thickness is None or len(own) > 1:
         return None
     (band,) = own
+    like = _like(bands, band, thickness)
+    if _covered(like, at):
+        return None
     outward = (1 if at > np.mean(floor_edges(band)) else -1) * (1 if band.sign == GROOVE else -1)
     lines, decay = (mesh.x_lines, mesh.y_lines)[across], DECAY / thickness * mesh.metres(across)
     side, ring = row + (outward > 0), mesh.closed and across == 0
     if abs(lines[side] - at) * decay < ROOM[0] and 0 < side < len(lines) - 1 and not ring:
         side += outward
-    ends = (lines[side], *_walls_beyond(mesh, bands, band, at, outward, thickness))
+    ends = (lines[side], *_walls_beyond(mesh, band, like, at, outward))
     end = outward * min(outward * place for place in ends)
     if not ROOM[0] <= abs(end - at) * decay <= ROOM[1]:
         return None
@@ -248,26 +250,23 @@ def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float |
 
 
 def _like(bands: Sequence[Feature], own: Band, thickness: float) -> list[Band]:
-    """Other bands along the same axis, of the same face and sign; of grooves those that are as deep."""
+    """Other bands along the same axis, of the same face and sign; of grooves those that are as deep or deeper."""
     kind, floor = (own.across, own.face, own.sign), own.face * through(own, thickness).floor
     others = [band for band in bands if isinstance(band, Band) and band is not own]
     same = [band for band in others if (band.across, band.face, band.sign) == kind]
     return [band for band in same if band.face * through(band, thickness).floor <= floor + LEAST * thickness]
 
 
-def _covered(bands: Sequence[Feature], own: Band, at: float, thickness: float) -> bool:
+def _covered(like: Sequence[Band], at: float) -> bool:
     """Whether another band takes away what a wall would end, or adds to it on both sides."""
-    edges = (floor_edges(band) for band in _like(bands, own, thickness))
-    return any(low < at < high for low, high in edges)
+    return any(low < at < high for low, high in map(floor_edges, like))
 
 
-def _walls_beyond(
-    mesh: Mesh, bands: Sequence[Feature], own: Band, at: float, outward: int, thickness: float
-) -> Iterator[float]:
+def _walls_beyond(mesh: Mesh, own: Band, like: Sequence[Band], at: float, outward: int) -> Iterator[float]:
     """Where the material beyond a band's floor ends on the way out of its wall, if it does so along the whole mesh: at
     the next groove that is as deep; that of a protrusion at its other edge."""
     lines = (mesh.x_lines, mesh.y_lines)[1 - own.across]
-    for band in _like(bands, own, thickness) if own.sign == GROOVE else [own]:
+    for band in like if own.sign == GROOVE else [own]:
         first, last = band.limits(1 - own.across)
         begins, ends = floor_edges(band)[::outward]
         place = begins if own.sign == GROOVE else ends

@@ -27,7 +27,7 @@ NUMBERS = ("travel", "peak_force", "footprint")
 
 def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
     """Every number that the study is judged by; None where the budget did not run it."""
-    solids, plates = _solids(found), limits.ladder(found["drop"], "ancf")
+    solids, run, plates, _ = _ladders(found)
     own = next((o for o in plates.outcomes if o.asked.arguments["mesh"] == MESH), None)
     have = bool(solids.outcomes) and own is not None
     off, smooth = (_same(found.get(part, []), mesh) for part, mesh in (("off knots", OFF_KNOTS), ("smooth", MESH)))
@@ -36,7 +36,7 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
         _number(solids, own, have, "peak_force", "peak_force_percent", "Peak force"),
         _number(solids, own, have, "footprint", "footprint_percent", "Footprint, the largest pressed area"),
         _jacobian(solids, own, have),
-        _cost(solids, limits.ladder(found["drop"], "reference"), plates, own),
+        _cost(solids, run, plates, own),
         *_beside(solids, off, "off_knots", "24 x 12, lines beside the section's knots"),
         *_beside(solids, smooth, "smooth", "24 x 10 without kinks at the grooves"),
         *kernels.figures(found["kernels"]),
@@ -50,9 +50,12 @@ def figures(found: dict[str, list[Outcome]]) -> list[Figure]:
     ]
 
 
-def _solids(found: dict[str, list[Outcome]]) -> limits.Ladder:
-    """The solids that were run, and the recorded ones beyond."""
-    return limits.ladder([*found["drop"], *recorded.beyond(found["drop"]).solids], "reference")
+def _ladders(found: dict[str, list[Outcome]]) -> tuple[limits.Ladder, limits.Ladder, limits.Ladder, recorded.Record]:
+    """The solids that were run and the recorded ones beyond, those that were run, the plates, and the record."""
+    fallen = found["drop"]
+    record = recorded.beyond(fallen)
+    solids, run = (limits.ladder(own, "reference") for own in ([*fallen, *record.solids], fallen))
+    return solids, run, limits.ladder(fallen, "ancf"), record
 
 
 def path_limit(solids: limits.Ladder) -> np.ndarray:
@@ -295,8 +298,7 @@ def sections(found: dict[str, list[Outcome]]) -> list[Section]:
 
 
 def _drop(found: dict[str, list[Outcome]]) -> list[Block]:
-    solids, plates = _solids(found), limits.ladder(found["drop"], "ancf")
-    run, record = limits.ladder(found["drop"], "reference"), recorded.beyond(found["drop"])
+    solids, run, plates, record = _ladders(found)
     smooth, off = (limits.ladder(found.get(part, []), "ancf") for part in ("smooth", "off knots"))
     outcomes = [o for part in ("drop", "off knots", "smooth") for o in found.get(part, [])]
     line = path_limit(solids) if solids.outcomes else None

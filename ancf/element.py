@@ -19,7 +19,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.polynomial.legendre import legvander2d
 
 from ancf.columns import Columns, columns
 from ancf.enhanced import enhanced_strains, relaxed
@@ -30,7 +29,7 @@ from ancf.quadrature import Rule
 from ancf.shape import Plate
 
 RUN_BYTES = 32_000_000
-FIELDS = ("S", "G", "volume", "M", "g_z", "bilinear")
+FIELDS = ("S", "G", "volume", "M", "g_z", "at")
 ONE = np.ones(1)
 Terms = Sequence[tuple[float, np.ndarray]]
 
@@ -41,7 +40,7 @@ class Integrand:
 
     G (q, i, p): derivatives of the shape functions by reference position (1/m for positions).
     S (q, i): shape functions. volume (q,): weight of each point in m3. M (q, p, r, k): enhanced strains.
-    g_z (q, 3): gradient of z. bilinear (q, 4): the bilinear functions of the element's sides. columns: finds those of
+    g_z (q, 3): gradient of z. at (q, 3): place of each point, s and t from -1 to 1 and z (m). columns: finds those of
     the points.
     """
 
@@ -50,7 +49,7 @@ class Integrand:
     volume: np.ndarray
     M: np.ndarray
     g_z: np.ndarray
-    bilinear: np.ndarray
+    at: np.ndarray
     columns: Callable[[], Columns] | None = None
 
 
@@ -72,9 +71,9 @@ def integrand(
         raise GeometryError(f"the reference shape folds in the cell {cell}: det J_o = {determinant.min():.3g}")
     inverse, volume = np.linalg.inv(J), rule.weights * determinant
     M = enhanced_strains(shape, rule, cell, inverse, volume, free) if enhanced else np.zeros((len(volume), 3, 3, 0))
-    s, t = (points[:, :2] * 2 / size - 1).T
+    at = np.column_stack([points[:, :2] * 2 / size - 1, points[:, 2]])
     of_columns = partial(columns, shape, points, size, inverse)
-    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], legvander2d(s, t, [1, 1]), of_columns)
+    return Integrand(S, S_p @ inverse, volume, M, inverse[:, 2], at, of_columns)
 
 
 def signed(part: Integrand, signs: np.ndarray) -> Integrand:

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.polynomial.legendre import legvander2d
 
 from ancf import moduli, relaxation, rubber
 from ancf.column_products import ColumnProducts
@@ -80,7 +81,7 @@ def form(parts: Integrand) -> Form:
     order = columns.order
     G = np.ascontiguousarray((parts.G @ frames)[order].transpose(2, 1, 0))
     scale = 1 / np.einsum("qp,qp->q", parts.g_z, parts.g_z)[order]
-    b = np.ascontiguousarray(parts.bilinear[order].T * scale)
+    b = np.ascontiguousarray(legvander2d(*parts.at[order, :2].T, [1, 1]).T * scale)
     R = np.ascontiguousarray((columns.inverse @ frames[order]).transpose(1, 2, 0)).reshape(9, -1)
     return Form(G, np.ascontiguousarray(parts.volume[order]), b, columns, R, scale)
 

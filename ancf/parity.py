@@ -13,7 +13,7 @@ The mean of the positions, which the strain does not see, is left out: n functio
 from __future__ import annotations
 
 from functools import lru_cache
-from itertools import product
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +52,8 @@ class Split(NamedTuple):
     """Pairs (i <= k) of the functions of a basis in blocks of one parity, those with i < k first.
 
     first, second (m,), of (i, k), weight (m,), crossed: as in `packing.Pairs`. grams (m,): place of each pair in a
-    flat Gram matrix. blocks: the slices of one parity; crossed_blocks: of the pairs with i < k alone.
+    flat Gram matrix. blocks: the slices of one parity; crossed_blocks: of the pairs with i < k alone. parities: that of
+    each block, 1, 2 and 4 for odd along x, y and z.
     """
 
     first: np.ndarray
@@ -63,6 +64,7 @@ class Split(NamedTuple):
     grams: np.ndarray
     blocks: tuple[slice, ...]
     crossed_blocks: tuple[slice, ...]
+    parities: tuple[int, ...]
 
 
 @lru_cache(maxsize=32)
@@ -76,12 +78,13 @@ def split(shape: Plate, mirrors: Mirrors) -> Split:
     first, second, parity = first[order], second[order], parity[order]
     of = np.empty((n, n), dtype=np.intp)
     of[first, second] = of[second, first] = np.arange(len(first))
-    ends = [*np.flatnonzero(np.diff(parity)) + 1, len(first)]
+    starts = np.append(0, np.flatnonzero(np.diff(parity)) + 1).tolist()
     crossed = len(first) - n
-    blocks = tuple(slice(int(a), int(b)) for a, b in zip([0, *ends[:-1]], ends, strict=True))
+    blocks = tuple(slice(a, b) for a, b in pairwise([*starts, len(first)]))
     within = tuple(slice(block.start, min(block.stop, crossed)) for block in blocks)
     weight = np.where(first == second, 0.5, 1.0)
-    return Split(first, second, of, weight, crossed, first * n + second, blocks, within)
+    parities = tuple(parity[starts].tolist())
+    return Split(first, second, of, weight, crossed, first * n + second, blocks, within, parities)
 
 
 def share(shape: Plate, mirrors: Mirrors) -> float:

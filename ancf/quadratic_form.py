@@ -41,6 +41,8 @@ from ancf.products import Flipped, Product, flipped, products, runs_of, turn
 if TYPE_CHECKING:
     from ancf.parity import Split
 
+ALL = slice(None)
+Coupled = tuple[slice, slice | np.ndarray]
 VOIGT = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
 
 
@@ -94,31 +96,33 @@ def _exchanged(n: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def integrate(
-    parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs | Split, blocks: Sequence[slice] = (slice(None),)
+    parts: Integrand, material: SaintVenantKirchhoff, pair: Pairs | Split, coupled: Sequence[Coupled] = ((ALL, ALL),)
 ) -> np.ndarray:
     """A (m, m), symmetrised in each pair: with H = R R^T of the enhanced strains (see `ancf.enhanced`) and C = L L^T,
 
     A = X^T X - Y^T Y,  X = L^T E sqrt(dV),  Y = R^-1 (M : C : E dV), rows by component and point.
 
-    blocks: the pairs that are coupled, those of one slice with each other; the rest of A is zero.
+    coupled: the pairs that are coupled, those of one slice with each other, and the enhanced strains that act on them;
+    the rest of A is zero.
     """
     C = material.tangent(np.zeros((3, 3)))
     L_t = np.linalg.cholesky([[C[p, r, s, t] for s, t in VOIGT] for p, r in VOIGT]).T
     X, A = _rows(L_t, _strain_of_pairs(parts, pair)), np.zeros(2 * (len(pair.first),))
-    for block in blocks:
-        A[block, block] = X[:, block].T @ X[:, block]
-    if parts.M.shape[-1]:
-        M = np.stack([parts.M[:, p, r] * (1.0 if p == r else 2.0) for p, r in VOIGT])
-        LM = _rows(L_t, M * np.sqrt(parts.volume)[:, None])
-        Y, _ = lapack.dtrtrs(np.linalg.cholesky(LM.T @ LM), LM.T @ X, lower=1)
-        for block in blocks:
-            A[block, block] -= Y[:, block].T @ Y[:, block]
+    M = np.stack([parts.M[:, p, r] * (1.0 if p == r else 2.0) for p, r in VOIGT])
+    LM = _rows(L_t, M * np.sqrt(parts.volume)[:, None])
+    for block, acting in coupled:
+        own, enhanced = X[:, block], LM[:, acting]
+        A[block, block] = own.T @ own
+        if enhanced.size:
+            Y, _ = lapack.dtrtrs(np.linalg.cholesky(enhanced.T @ enhanced), enhanced.T @ own, lower=1)
+            A[block, block] -= Y.T @ Y
     return A
 
 
 def _rows(L_t: np.ndarray, strain: np.ndarray) -> np.ndarray:
     """L^T E (6 q, m) of strains (6, q, m)."""
-    return (L_t @ strain.reshape(6, -1)).reshape(-1, strain.shape[2])
+    _, q, m = strain.shape
+    return (L_t @ strain.reshape(6, q * m)).reshape(6 * q, m)
 
 
 def _strain_of_pairs(parts: Integrand, pair: Pairs | Split) -> np.ndarray:

@@ -30,6 +30,7 @@ import resource
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from importlib.metadata import version
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING
@@ -199,8 +200,14 @@ def _way(scene: Scene) -> Callable:
 def _header(scene: Scene, level: AncfLevel) -> dict:
     """What every Result of this solver says of itself."""
     names = tuple(probe.name for probe in scene.probes)
-    number = version("groovecheck")
-    return dict(scene=scene.physics(), solver=SOLVER, version=number, level=level.model_dump(mode="json"), probes=names)
+    level = level.model_dump(mode="json")
+    return dict(scene=scene.physics(), solver=SOLVER, version=_version(), level=level, probes=names)
+
+
+@cache
+def _version() -> str:
+    """Of this package, which takes a look at its files."""
+    return version("groovecheck")
 
 
 def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:

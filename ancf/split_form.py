@@ -23,11 +23,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ancf.element import Integrand, Terms
+from ancf.fold import fold
 from ancf.material import SaintVenantKirchhoff
 from ancf.packing import SPAN, pairs
 from ancf.parity import Mirrors, Split, basis, share, split
 from ancf.products import Product
-from ancf.quadratic_form import Portioned, from_first_node, gram_products, integrate
+from ancf.quadratic_form import ALL, Portioned, from_first_node, gram_products, integrate
 from ancf.shape import Plate
 
 LARGE = 16  # functions: more than that are split
@@ -54,7 +55,9 @@ def split_form(
 ) -> SplitForm:
     """Integrate A over one undeformed element with reference nodal vectors (i, 3), its own image in `mirrors`."""
     pair, T = split(shape, mirrors), basis(shape).T
-    A = integrate(replace(parts, G=T @ parts.G), material, pair, pair.blocks)
+    few, parities = fold(parts, mirrors)
+    acting = [ALL if parities is None else parities == own for own in pair.parities]
+    A = integrate(replace(few, G=T @ few.G), material, pair, list(zip(pair.blocks, acting, strict=True)))
     Q = T @ from_first_node(vectors[None], shape.positions)[0]
     found = []
     for block, crossed, (straight, swapped) in zip(

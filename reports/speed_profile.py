@@ -11,9 +11,11 @@ import numpy as np
 
 from ancf.linear_solver import LinearSolver
 from ancf.parity import basis
+from ancf.quadratic_form import ALL
 from ancf.split_form import SplitFormElements
 from reports.timing import least
 
+Form = tuple[int, list[tuple[int, int]]]  # points; of each block the pairs of functions and the enhanced strains
 PARTS = ("force", "tangent", "factor", "solve", "inertia", "energies", "picture")
 
 
@@ -49,17 +51,18 @@ def clocked() -> Iterator[tuple[dict[str, float], dict[str, int]]]:
 
 
 @contextmanager
-def integrated() -> Iterator[list[tuple[int, list[int], int]]]:
-    """Points, pairs of functions in each block and enhanced strains of every form that is integrated meanwhile."""
+def integrated() -> Iterator[list[Form]]:
+    """Points and blocks of every form that is integrated meanwhile."""
     import ancf.quadratic_form
     import ancf.split_form
 
     forms, integrate = [], ancf.quadratic_form.integrate
 
-    def call(parts, material, pair, blocks=(slice(None),)):
-        sizes = [len(pair.first[block]) for block in blocks]
-        forms.append((len(parts.volume), sizes, parts.M.shape[-1]))
-        return integrate(parts, material, pair, blocks)
+    def call(parts, material, pair, coupled=((ALL, ALL),)):
+        modes = np.arange(parts.M.shape[-1])
+        sizes = [(len(pair.first[block]), len(modes[acting])) for block, acting in coupled]
+        forms.append((len(parts.volume), sizes))
+        return integrate(parts, material, pair, coupled)
 
     with replaced({(module, "integrate"): call for module in (ancf.quadratic_form, ancf.split_form)}):
         yield forms
@@ -78,7 +81,7 @@ def replaced(functions: dict[tuple[Any, str], Callable]) -> Iterator[None]:
             setattr(*place, function)
 
 
-def operations(system, calls: dict[str, int], forms: list[tuple[int, list[int], int]]) -> dict[str, float]:
+def operations(system, calls: dict[str, int], forms: list[Form]) -> dict[str, float]:
     """10^9 additions and multiplications of the matrix products of each part of a run.
 
     Set-up: half of X^T X and Y^T Y, which are symmetric, and M^T X of every form (see `ancf.quadratic_form`). Forces,
@@ -123,8 +126,7 @@ def _of_products(elements, name: str) -> int:
     return sum(2 * out.size * vectors.shape[-1] for vectors, _, out in products)
 
 
-def _integration(form: tuple[int, list[int], int]) -> int:
-    """Operations that integrate one form, see `integrated`."""
-    points, blocks, modes = form
-    symmetric = sum(m * (m + 1) for m in blocks)
-    return (6 * points + modes) * symmetric + 12 * points * sum(blocks) * modes
+def _integration(form: Form) -> int:
+    """Operations that integrate one form."""
+    points, blocks = form
+    return sum((6 * points + modes) * m * (m + 1) + 12 * points * m * modes for m, modes in blocks)

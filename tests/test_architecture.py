@@ -39,6 +39,7 @@ ANCF_ORDER = (
     "enhanced",
     "element",
     "quadratic_form",
+    "fold",
     "split_form",
     "sharing",
     "rubber",

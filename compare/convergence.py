@@ -63,7 +63,7 @@ class Convergence:
     drawn with, p or the highest that theory allows. extrapolated: Richardson value.
     gci: half width of the band around the finest value. refused: why the band is refused.
     used: indices (coarse to fine) of the three levels behind the numbers. fit: over all levels,
-    where there are more than three and the fit exists.
+    where there are more than three and the fit exists. rest: the value of the undeformed body.
     """
 
     sequence: str | None
@@ -75,6 +75,7 @@ class Convergence:
     fit: Fit | None = None
     value: float | None = None
     taken: float | None = None
+    rest: float = 0.0
 
     @property
     def band(self) -> Band | None:
@@ -83,8 +84,9 @@ class Convergence:
 
     @property
     def gci_percent(self) -> float | None:
-        """Half width of the band in percent of the finest value."""
-        return None if self.gci is None or self.value == 0 else 100 * self.gci / abs(self.value)
+        """Half width of the band in percent of what the finest value is away from rest."""
+        away = None if self.gci is None else abs(self.value - self.rest)
+        return 100 * self.gci / away if away else None
 
 
 def study(
@@ -93,6 +95,7 @@ def study(
     orders: tuple[float, float] = ORDERS,
     noise: float = NOISE,
     highest: float = np.inf,
+    rest: float = 0.0,
 ) -> Convergence:
     """Convergence of `values` (None or not finite: a failed level) over element lengths `h`, in any order of levels.
 
@@ -106,21 +109,23 @@ def study(
     `highest`: the order that theory allows in the limit, for example at a singular edge. A higher
     observed one is passing: it is reported, but limit and band are drawn with `highest` (Eça and
     Hoekstra do the same with the formal order).
+    `rest`: the value of the undeformed body, from which changes are measured.
     Raises ValueError where lengths differ or an h is not positive or occurs twice.
     """
     h, known = _checked(h, values)
+    said = Convergence(None, value=_last(known), rest=rest)
     if len(h) < 3:
-        return Convergence(None, refused=f"fewer than three levels: {len(h)}", value=_last(known))
+        return replace(said, refused=f"fewer than three levels: {len(h)}")
     if not np.isfinite(known).all():
         failed = ", ".join(f"h = {x:.4g}" for x in h[~np.isfinite(known)])
-        return Convergence(None, refused=f"failed level: {failed}", value=_last(known))
+        return replace(said, refused=f"failed level: {failed}")
     used = _spread(h)
     if len(used) < 3:
         reason = f"too little refinement: no three levels whose h differ by a factor of {RATIOS[-1]} each"
-        return Convergence(None, refused=reason, value=_last(known))
-    sequence = sequence_type(h[used[0] :], known[used[0] :], noise)
+        return replace(said, refused=reason)
+    sequence = sequence_type(h[used[0] :], known[used[0] :] - rest, noise)
     fit = least_squares(h, known) if len(h) > 3 else None
-    found = Convergence(sequence, used=tuple(used), fit=fit, value=_last(known))
+    found = replace(said, sequence=sequence, used=tuple(used), fit=fit)
     if sequence != "monotone":
         return replace(found, refused=REFUSED[sequence])
     order = observed_order(h[used], known[used])

@@ -25,9 +25,10 @@ class Difference:
     """How far a result is from what it is judged against. Heights and errors in m.
 
     against: what; kind: "exact", "published", "cross-code" or "regression". height, height_against:
-    z of the probe at the last common time; absolute: height - height_against, percent: of
-    height_against (None where that is zero). times (t,): the common times; error (t,): distance of the
-    two positions; largest and rms of it, and rms_percent of the rms distance travelled by the probe.
+    z of the probe at the last common time; absolute: height - height_against, percent: of what
+    height_against is from the probe's height at rest (None where that is zero). times (t,): the common
+    times; error (t,): distance of the two positions; largest and rms of it, and rms_percent of the rms
+    distance travelled by the probe.
     The history is None against a single value.
     """
 
@@ -65,7 +66,7 @@ def between(result: Result, other: Result, probe: str | None = None, kind: str =
         f"{other.solver} {other.version} at h = {other.h:.4g} m, {other.unknowns} unknowns",
         kind,
         probe,
-        *_heights(path[-1, 2], path_other[-1, 2]),
+        *_heights(path[-1, 2], path_other[-1, 2], _rest(other, probe)),
         times,
         error,
         float(error.max()),
@@ -82,7 +83,8 @@ def from_value(result: Result, value: Value, probe: str | None = None) -> Differ
     if value.unit != "m":
         raise DifferenceRefused(f"{value.name} is in {value.unit}, a height is in m")
     against = f"{value.source}, {value.cell}" if value.cell else value.source
-    return Difference(against, value.kind, probe, *_heights(result.position(probe)[-1, 2], value.value))
+    heights = _heights(result.position(probe)[-1, 2], value.value, _rest(result, probe))
+    return Difference(against, value.kind, probe, *heights)
 
 
 def common_times(times: np.ndarray, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -142,10 +144,15 @@ def _succeeded(result: Result, probe: str) -> None:
         raise DifferenceRefused(f"{result.solver} has no probe {probe}, it has {', '.join(result.probes)}")
 
 
-def _heights(height: float, against: float) -> tuple[float, float, float, float | None]:
+def _rest(result: Result, probe: str) -> float:
+    """Height (m) of a probe at rest."""
+    return float(result.probe_position[result.probes.index(probe), 2])
+
+
+def _heights(height: float, against: float, rest: float) -> tuple[float, float, float, float | None]:
     """(height, height_against, absolute, percent)."""
-    absolute = float(height - against)
-    return float(height), float(against), absolute, 100 * absolute / float(against) if against else None
+    absolute, moved = float(height - against), float(against - rest)
+    return float(height), float(against), absolute, 100 * absolute / moved if moved else None
 
 
 def _rms(values: np.ndarray) -> float:

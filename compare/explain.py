@@ -64,7 +64,8 @@ def statement(scene: Scene) -> list[tuple[str, str]]:
         return [*found, ("answer", f"the {analysis.count} lowest natural frequencies in Hz, rigid motions not counted")]
     way = ", path followed by arc length" if analysis.follow == "arc-length" else ""
     found.append(("analysis", f"{analysis.kind}, until {analysis.until:g}{second}{way}"))
-    return [*found, ("answer", f"height z of {scene.probes[0].name} at the last output time")]
+    what = "height z" if scene.answer == "height" else f"displacement {scene.answer}"
+    return [*found, ("answer", f"{what} of {scene.probes[0].name} at the last output time")]
 
 
 def _material(material: Material) -> str:

@@ -9,7 +9,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from compare.table import KEYS, Row
+from compare.table import KEYS, Row, digits
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,8 +32,8 @@ def as_csv(table: list[Row], scenes: Sequence[str] | None = None) -> str:
 
 def as_markdown(table: list[Row]) -> str:
     """The rows as a Markdown table with rounded numbers; null is a dash."""
-    lines = ["| " + " | ".join(KEYS) + " |", "|" + "---|" * len(KEYS)]
-    lines += ["| " + " | ".join(shown(key, row[key]).replace("|", "\\|") for key in KEYS) + " |" for row in table]
+    lines, form = ["| " + " | ".join(KEYS) + " |", "|" + "---|" * len(KEYS)], _answers(table)
+    lines += ["| " + " | ".join(cell(key, row[key], form).replace("|", "\\|") for key in KEYS) + " |" for row in table]
     return "\n".join(lines) + "\n"
 
 
@@ -42,7 +42,8 @@ def as_latex(table: list[Row]) -> str:
     kept = [key for key in KEYS if any(row[key] is not None for row in table)] or list(KEYS)
     sides = "".join("l" if all(isinstance(row[key], (str, type(None))) for row in table) else "r" for key in kept)
     lines = [f"\\begin{{tabular}}{{{sides}}}", "\\toprule", _latex_line(kept), "\\midrule"]
-    lines += [_latex_line([shown(key, row[key]) for key in kept]) for row in table]
+    form = _answers(table)
+    lines += [_latex_line([cell(key, row[key], form) for key in kept]) for row in table]
     return "\n".join([*lines, "\\bottomrule", "\\end{tabular}"]) + "\n"
 
 
@@ -59,16 +60,24 @@ def _latex(text: str) -> str:
 LATEX = {letter: "\\" + letter for letter in "&%$#_{}"}
 LATEX |= {"\\": "\\textbackslash{}", "~": "\\textasciitilde{}", "^": "\\textasciicircum{}", "–": "--"}
 FORMATS = {"md": as_markdown, "tex": as_latex, "csv": as_csv, "json": as_json}
-DIGITS = {"h": ".4g", "value": ".5f", "paper": ".4f", "extrapolated": ".5f", "order": ".2f", "peak_mb": ".0f"}
+LEVELS = 3  # that a limit takes
+ANSWERS = ("value", "extrapolated")
+DIGITS = {"h": ".4g", "paper": ".4f", "order": ".2f", "peak_mb": ".0f"}
 DIGITS |= {"error_paper_percent": "+.2f", "error_reference_percent": "+.2f", "gci_percent": ".2f"}
 DIGITS |= {"wall_seconds": ".3g"}
 
 
-def shown(key: str, value: Any) -> str:
-    """A cell for people."""
+def cell(key: str, value: Any, answers: str = ".5f") -> str:
+    """A cell for people; answers: format of the values that are answers."""
     if value is None:
         return "–"
-    return format(value, DIGITS[key]) if key in DIGITS else str(value)
+    form = answers if key in ANSWERS else DIGITS.get(key)
+    return str(value) if form is None else format(value, form)
+
+
+def _answers(table: Sequence[Row]) -> str:
+    """Format of the answers of a table."""
+    return digits(row[key] for row in table for key in ANSWERS)
 
 
 HEADINGS = {
@@ -76,7 +85,7 @@ HEADINGS = {
     "mesh": "mesh",
     "rule": "rule",
     "unknowns": "unknowns",
-    "value": "height m",
+    "value": "answer m",
     "paper": "paper m",
     "error_paper_percent": "paper %",
     "error_reference_percent": "reference %",
@@ -105,12 +114,24 @@ def as_terminal(table: list[Row]) -> list[Table]:
     for (solver, element_name, groove_name, load), members in groups.items():
         vibrates = members[0]["mode"] is not None
         title = f"{solver} ({element_name}), groove: {groove_name}, " + ("modes" if vibrates else f"load: {load}")
-        drawn = Table(title=title, title_justify="left", title_style="bold", box=SIMPLE, padding=(0, 1), pad_edge=False)
+        few = solver == "reference" and len({row["mesh"] for row in members}) < LEVELS
+        caption = f"fewer than {LEVELS} levels: its own error is unknown" if few else None
+        drawn = Table(
+            title=title,
+            caption=caption,
+            caption_justify="left",
+            title_justify="left",
+            title_style="bold",
+            box=SIMPLE,
+            padding=(0, 1),
+            pad_edge=False,
+        )
         heading = HEADINGS | (IN_HERTZ if vibrates else {})
         kept = [key for key in heading if any(row[key] is not None for row in members)]
         for key in kept:
             drawn.add_column(heading[key], justify="left" if key in ("sequence", "status") else "right")
         for row in members:
-            drawn.add_row(*(shown(key, row[key]) for key in kept), style=None if row["status"] == "ok" else "red")
+            cells = (cell(key, row[key], _answers(members)) for key in kept)
+            drawn.add_row(*cells, style=None if row["status"] == "ok" else "red")
         found.append(drawn)
     return found

@@ -47,10 +47,10 @@ def plain() -> Report:
 def line(entry: Entry) -> str:
     """A finished entry in words: what, answer, time, status."""
     from compare.study import label
-    from compare.table import answer, unit
+    from compare.table import shown
 
-    value = answer(entry)
-    result = "" if value is None else f" {value:.5f} {unit(entry.scene)}"
+    value = shown(entry)
+    result = "" if value is None else f" {value}"
     seconds = "" if entry.wall_seconds is None else f" in {entry.wall_seconds:.2f} s"
     return f"{label(entry)}{result}{seconds}{'' if entry.ok else f' {entry.status}'}"
 
@@ -84,24 +84,24 @@ def _finished(entries: list[Entry]) -> RenderableType:
     from rich.box import SIMPLE
     from rich.table import Table
 
-    from compare.formats import shown
+    from compare.formats import cell
     from compare.study import level_name
-    from compare.table import answer, paper_value, percent, rule, unit
+    from compare.table import error, paper_value, rule, shown
 
     drawn = Table(box=SIMPLE, pad_edge=False, header_style="bold")
     for heading in ("scene", "variant", "solver", "mesh", "points", "answer", "paper %", "s", "status"):
         drawn.add_column(heading, justify="right" if heading in ("answer", "paper %", "s") else "left", no_wrap=True)
     for entry in entries:
-        paper, value = paper_value(entry), answer(entry)
+        paper = paper_value(entry)
         drawn.add_row(
             entry.scene.name,
             entry.variant or "",
             entry.solver,
             level_name(entry.level),
             rule(entry.level) or "",
-            shown("value", value) + ("" if value is None else f" {unit(entry.scene)}"),
-            shown("error_paper_percent", percent(value, paper and paper.value)),
-            shown("wall_seconds", entry.wall_seconds),
+            shown(entry) or "–",
+            cell("error_paper_percent", error(entry, paper and paper.value)),
+            cell("wall_seconds", entry.wall_seconds),
             entry.status,
             style=None if entry.ok else "red",
         )

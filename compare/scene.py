@@ -349,6 +349,8 @@ class Scene(Part):
 
     grooves: those stated, and after them those of the tread, whose names begin with "tread ".
     surface_stress: whether each solver also states the von Mises stress on its surface at the last output.
+    answer: what tables and pages compare of the first probe at the last output: its height, the coordinate z, or a
+    component of its displacement.
     """
 
     schema_version: Literal[1] = SCHEMA
@@ -371,6 +373,7 @@ class Scene(Part):
     initial: Initial | None = None
     probes: tuple[Probe, ...] = ()
     surface_stress: bool = False
+    answer: Literal["height", "u_x", "u_y", "u_z"] = "height"
     analysis: Annotated[Analysis | Modes, Field(discriminator="kind")]
     ancf: Annotated[AncfLadder, Inherited] | None = None
     reference: Annotated[ReferenceLadder, Inherited] | None = None
@@ -392,6 +395,7 @@ class Scene(Part):
             "assumed",
             "study",
             "companions",
+            "answer",
             "ancf",
             "reference",
             "published",

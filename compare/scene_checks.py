@@ -321,6 +321,9 @@ def _path(scene: Scene) -> Iterator[str]:
 
 
 def _stress(scene: Scene) -> Iterator[str]:
+    if scene.answer != "height" and (scene.analysis.kind == "modes" or scene.published):
+        reason = "modes are told by their frequencies" if scene.analysis.kind == "modes" else "published are heights"
+        yield f"answer = {scene.answer!r}: {reason}; leave this out"
     if scene.surface_stress and scene.analysis.kind == "modes":
         yield "surface_stress = True: a mode has no size and so no stress; leave this out"
     if scene.surface_stress and scene.material.kind != "svk":

@@ -8,9 +8,11 @@ A row is a dict with exactly the keys of KEYS; null (None) where a key does not 
 - groove: "none", or the names of grooves and protrusions joined by "+". load: kinds of the loads joined by "+".
 - mesh: "4x4" elements, or "h=0.1" metres. level: index in its series (see `series`). h: metres.
 - mode: number of the natural frequency, from 1, of a scene that asks for modes: a row each; null for a height.
-- value: height z (m) of the answer probe, the scene's first, at the last output time; of a mode its frequency (Hz).
+- value: the scene's `answer` at the last output time, height z (m) or displacement (m) of the answer probe, the scene's
+  first; of a mode its frequency (Hz).
 - paper: the printed height for that mesh, for the reference the printed converged one.
-- error_..._percent: 100 (value - against) / against, negative where the value is the smaller one;
+- error_..._percent: 100 (value - against) / (against - rest), where rest is a height's value in the undeformed body and
+  zero for all others; positive where the value is farther from rest;
   reference: the finest successful reference level of the same scene, for a mode its mode of the same number.
 - order, sequence, extrapolated, gci_percent: of the series' levels up to that row (convergence.study,
   with `highest_order`).
@@ -22,8 +24,11 @@ The rows hold the ladders only; the sensitivity variants of a scene are `sensiti
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
 
 from compare.convergence import Convergence, study
 from compare.exact import Value, cross_code, published, reentrant_order
@@ -31,6 +36,8 @@ from compare.scene import Level, Scene
 from compare.study import AS_STATED, Entry, level_name
 from compare.treads import title
 
+NOTHING = 1e-9  # of a displacement: what solvers' tolerances leave of a component that is none
+MOST_DECIMALS = 12
 KEYS = (
     *("solver", "element", "rule", "groove", "load", "mode", "mesh", "level", "unknowns", "h", "value"),
     *("paper", "error_paper_percent", "error_reference_percent", "order", "sequence", "extrapolated", "gci_percent"),
@@ -65,13 +72,23 @@ def _modes(entry: Entry) -> list[Entry]:
 
 
 def series(entry: Entry) -> tuple[Any, ...]:
-    """What the levels of one convergence series share: scene, mode, solver, element, rule, integrator, time step,
-    allowed error per step."""
-    return (entry.scene.name, entry.mode, entry.solver, *_kind(entry.level))
+    """What the levels of one convergence series share: scene, mode, solver, and all of the level but its size."""
+    return (entry.scene.name, entry.mode, entry.solver, *kind(entry.level).items())
 
 
-def _kind(level: Level) -> tuple[Any, ...]:
-    return (element(level), rule(level), level.integrator, level.time_step, getattr(level, "error_per_step", None))
+def kind(level: Level) -> dict[str, Any]:
+    """The keys of a level that are no resolution of the mesh."""
+    stated = vars(level)
+    return {key: stated[key] for key in sorted(stated) if key not in ("mesh", "size", "budget")}
+
+
+def coarse_first(entries: Iterable[Entry]) -> list[Entry]:
+    """The levels of a series from the coarsest to the finest, in whatever order they are stated."""
+
+    def fineness(entry: Entry) -> float:
+        return math.prod(entry.level.mesh) if hasattr(entry.level, "mesh") else -entry.level.size
+
+    return sorted(entries, key=fineness)
 
 
 def convergences(entries: list[Entry]) -> list[Convergence]:
@@ -79,11 +96,12 @@ def convergences(entries: list[Entry]) -> list[Convergence]:
     groups: dict[tuple[Any, ...], list[Entry]] = {}
     for entry in entries:
         groups.setdefault(series(entry), []).append(entry)
+    groups = {name: coarse_first(group) for name, group in groups.items()}
     return [_converged(entry, groups[series(entry)]) for entry in entries]
 
 
 def _converged(entry: Entry, group: list[Entry]) -> Convergence:
-    """Convergence of the levels of a series (in ladder order) up to an entry; refused behind a failed level."""
+    """Convergence of the levels of a series (coarse to fine) up to an entry; refused behind a failed level."""
     if not entry.ok:
         return Convergence(None, refused=f"failed level: {entry.status}")
     failed = [other for other in group[: group.index(entry)] if not other.ok]
@@ -94,7 +112,7 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
     h = [other.result.h for other in coarser]
     if len(set(h)) < len(h):
         return Convergence(None, refused="two levels of equal h", value=answer(entry))
-    return study(h, [answer(other) for other in coarser], highest=highest_order(entry))
+    return study(h, [answer(other) for other in coarser], highest=highest_order(entry), rest=at_rest(entry))
 
 
 def highest_order(entry: Entry) -> float:
@@ -122,8 +140,8 @@ def _row(entry: Entry, entries: list[Entry], found: Convergence) -> Row:
         "h": result and result.h,
         "value": value,
         "paper": paper and paper.value,
-        "error_paper_percent": percent(value, paper and paper.value),
-        "error_reference_percent": percent(value, against),
+        "error_paper_percent": error(entry, paper and paper.value),
+        "error_reference_percent": error(entry, against),
         "order": found.order,
         "sequence": found.sequence,
         "extrapolated": found.extrapolated,
@@ -189,9 +207,9 @@ def sensitivity(entries: list[Entry]) -> list[dict[str, Any]]:
                 "unit": unit(entry.scene),
                 "value": value,
                 "change": None if None in (value, base) else value - base,
-                "change_percent": percent(value, base),
+                "change_percent": error(entry, base),
                 "paper": paper and paper.value,
-                "error_paper_percent": percent(value, paper and paper.value),
+                "error_paper_percent": error(entry, paper and paper.value),
                 "status": entry.status,
             }
         )
@@ -203,7 +221,14 @@ def element(level: Level) -> str:
     if not hasattr(level, "element"):
         return "P2 tetrahedron"
     beside = None if level.fit is None else " ".join(["fitted", *(f"{distance:g}" for distance in level.fit)])
-    spent = (beside, level.enrich and f"layers to {level.enrich:g}", level.walls and "walls")
+    volume = getattr(level, "volumetric", None)
+    spent = (
+        beside,
+        level.enrich and f"layers to {level.enrich:g}",
+        level.walls and "walls",
+        getattr(level, "lips", False) and "lips",
+        volume and volume != "relaxed" and f"{volume} volumetric energy",
+    )
     return ", ".join([level.element, *filter(None, spent)])
 
 
@@ -228,17 +253,65 @@ def unit(scene: Scene) -> str:
 
 def quantity(scene: Scene, mode: int | None = None) -> str:
     """What the scene's answer is, in words; of a scene that asks for modes the first unless another one is named."""
-    return f"frequency of mode {mode or 1}" if scene.analysis.kind == "modes" else f"height of {scene.probes[0].name}"
+    if scene.analysis.kind == "modes":
+        return f"frequency of mode {mode or 1}"
+    what = "height" if scene.answer == "height" else f"displacement {scene.answer}"
+    return f"{what} of {scene.probes[0].name}"
+
+
+def digits(values: Iterable[float | None], rest: float = 0.0) -> str:
+    """Format of answers that shows five digits of the largest displacement among them, five decimals at least.
+
+    >>> digits([-0.41, None]), digits([-6.5785e-5]), digits([18.7466], rest=19.0)
+    ('.5f', '.9f', '.5f')
+    """
+    largest = max((abs(value - rest) for value in values if value is not None and math.isfinite(value)), default=0.0)
+    decimals = 4 - math.floor(math.log10(largest)) if largest > 0 else 0
+    return f".{min(max(decimals, 5), MOST_DECIMALS)}f"
+
+
+def shown(entry: Entry) -> str | None:
+    """An entry's answer with its unit, for people."""
+    value = answer(entry)
+    return None if value is None else f"{value:{digits([value], at_rest(entry))}} {unit(entry.scene)}"
+
+
+def farther(scene: Scene) -> str:
+    """What a positive difference in percent means, in words."""
+    if scene.analysis.kind == "modes":
+        return "the higher frequency"
+    return "farther from where it was at rest"
 
 
 def answer(entry: Entry) -> float | None:
-    """What the scene asks for: a height (m), or the frequency (Hz) of the entry's mode, the first where none is named.
-
-    None unless the status is ok.
+    """What the scene asks for: a height or a displacement (m) of the first probe at the last output time, or the
+    frequency (Hz) of the entry's mode, the first where none is named. None unless the status is ok.
     """
-    if entry.scene.analysis.kind != "modes":
-        return height(entry)
-    return float(entry.result.frequencies[(entry.mode or 1) - 1]) if entry.ok else None
+    if not entry.ok:
+        return None
+    if entry.scene.analysis.kind == "modes":
+        return float(entry.result.frequencies[(entry.mode or 1) - 1])
+    return float(history(entry)[-1])
+
+
+def history(entry: Entry) -> np.ndarray:
+    """Height or displacement (t,) in m of the answer probe at every output, of an entry that succeeded."""
+    scene, result = entry.scene, entry.result
+    if scene.answer == "height":
+        return result.position(scene.probes[0].name)[:, 2]
+    return result.displacement[:, result.probes.index(scene.probes[0].name), "xyz".index(scene.answer[-1])]
+
+
+def _moved(entry: Entry) -> np.ndarray:
+    """Displacement (3,) of the answer probe at the last output time."""
+    return entry.result.displacement[-1, entry.result.probes.index(entry.scene.probes[0].name)]
+
+
+def at_rest(entry: Entry) -> float:
+    """The answer of the undeformed body: a height's in m, 0 for displacements and frequencies. The entry must be ok."""
+    if entry.scene.analysis.kind == "modes" or entry.scene.answer != "height":
+        return 0.0
+    return float(entry.result.probe_position[entry.result.probes.index(entry.scene.probes[0].name), 2])
 
 
 def height(entry: Entry) -> float | None:
@@ -248,34 +321,60 @@ def height(entry: Entry) -> float | None:
     return float(entry.result.position(entry.scene.probes[0].name)[-1, 2])
 
 
-def percent(value: float | None, against: float | None) -> float | None:
-    """100 (value - against) / against; None where either is missing or `against` is zero."""
-    return None if value is None or not against else 100 * (value - against) / against
+def rest(entries: Iterable[Entry]) -> float:
+    """`at_rest` of the entries of one question: of the first that succeeded, 0 without one."""
+    return next((at_rest(entry) for entry in entries if entry.ok), 0.0)
+
+
+def error(entry: Entry, against: float | None) -> float | None:
+    """`percent` of an entry's answer against another one; None also where what `against` moves by is next to nothing
+    of the probe's own displacement: round-off has no accuracy."""
+    if not entry.ok or against is None:
+        return None
+    start, vibrates = at_rest(entry), entry.scene.analysis.kind == "modes"
+    if not vibrates and abs(against - start) <= NOTHING * np.linalg.norm(_moved(entry)):
+        return None
+    return percent(answer(entry), against, start)
+
+
+def percent(value: float | None, against: float | None, rest: float = 0.0) -> float | None:
+    """100 (value - against) / (against - rest); None where either is missing or `against` is `rest`."""
+    return None if None in (value, against) or against == rest else 100 * (value - against) / (against - rest)
 
 
 def paper_value(entry: Entry) -> Value | None:
-    """The printed height that an entry's row is judged against."""
-    mesh = getattr(entry.level, "mesh", None)
-    return next((value for value in published(entry.scene) if value.mesh == mesh), None)
+    """The printed height that an entry's row is judged against: of its mesh, and of its rule where several are."""
+    mesh, stated = getattr(entry.level, "mesh", None), entry.scene.published
+    same = [value for value in published(entry.scene) if value.mesh == mesh]
+    if len(same) < 2 or mesh is None:
+        return next(iter(same), None)
+    rules = [row.points for row in stated.rows if row.mesh == mesh]
+    return same[rules.index(entry.level.points) if entry.level.points in rules else 0]
 
 
 def finest_reference(entry: Entry, entries: list[Entry]) -> Entry | None:
-    """The finest successful reference entry of the same scene and mode."""
+    """The finest successful reference entry of the same scene and mode: of least h, there of the least steps."""
     about = (entry.scene.name, entry.mode)
     same = [e for e in entries if e.solver == "reference" and (e.scene.name, e.mode) == about and e.ok]
-    return min(same, key=lambda e: e.result.h, default=None)
+    return min(same, key=_resolution, default=None)
+
+
+def _resolution(entry: Entry) -> tuple[float, ...]:
+    """Element length, time step and allowed error per step of an entry, whichever it has."""
+    level = entry.level
+    return entry.result.h, getattr(level, "time_step", None) or 0.0, getattr(level, "error_per_step", None) or math.inf
 
 
 def _rule_agrees(entry: Entry) -> bool | None:
     """Whether the level's points are those that the printed row was found to use; None where none were found."""
     stated = entry.scene.published
-    found = next((r.points for r in stated.rows if r.mesh == getattr(entry.level, "mesh", None)), None)
-    return None if found is None else found == entry.level.points
+    found = [row.points for row in stated.rows if row.mesh == getattr(entry.level, "mesh", None) and row.points]
+    return entry.level.points in found if found else None
 
 
 def _index(entry: Entry) -> int:
     """Index of an entry's level in its series of the whole ladder, whatever the budget."""
-    if not hasattr(entry.scene, entry.solver):
+    if entry.solver not in ("ancf", "reference"):
         return 0  # a third solver's levels are no ladder of the scene
-    same = [level for level in entry.scene.ladder(entry.solver) if _kind(level) == _kind(entry.level)]
+    same = [level for level in entry.scene.ladder(entry.solver) if kind(level) == kind(entry.level)]
     return same.index(entry.level)

@@ -12,7 +12,7 @@ from compare.bodies import Body, pack
 from compare.report import Bodies
 from compare.result import Outline, Result
 from compare.study import Entry, level_name
-from compare.table import element, height, in_ladders, unit
+from compare.table import element, in_ladders, shown, unit
 from reports.ladders import NAMES, ladders, named, scenes
 
 ALLOWED = 2_600_000  # bytes of all bodies of a page: with pictures and plots it stays below 5 MB
@@ -69,9 +69,9 @@ def _body(entry: Entry, reference: Entry | None, moving: bool) -> Body:
     result = entry.result
     steps, shapes = _modes(result) if result.outline.modes is not None else _path(entry, moving)
     header, data = pack(result.outline, steps, shapes, _fields(entry, reference))
-    value = height(entry) if unit(entry.scene) == "m" else None
+    value = shown(entry) if unit(entry.scene) == "m" else None
     label = f"{named(entry.solver)} {level_name(entry.level)}, {element(entry.level)}"
-    label += f", {result.unknowns} unknowns" + ("" if value is None else f", {value:.5f} m".replace("-", "\u2212"))
+    label += f", {result.unknowns} unknowns" + ("" if value is None else f", {value}".replace("-", "\u2212"))
     label += "" if entry.ok else f", {entry.status}"
     return Body(entry.key, entry.scene.name, label, entry.solver if entry.solver in NAMES else "third", header, data)
 

@@ -11,7 +11,20 @@ from compare.exact import cross_code, published
 from compare.provenance import provenance
 from compare.scene import BUDGETS, Scene
 from compare.study import Entry
-from compare.table import answer, convergences, element, in_ladders, percent, rule, sensitivity, series, unit
+from compare.table import (
+    answer,
+    coarse_first,
+    convergences,
+    digits,
+    element,
+    error,
+    in_ladders,
+    kind,
+    rule,
+    sensitivity,
+    series,
+    unit,
+)
 from compare.verdict import Figure
 
 NAMES = {"ancf": "ANCF", "reference": "reference"}
@@ -57,6 +70,11 @@ class Ladder:
         """Finest level that succeeded."""
         return self.solved[-1] if self.solved else None
 
+    def errors(self, target: float) -> list[float] | None:
+        """Sizes of the levels' differences from a value (percent); None where they are not known, see `table.error`."""
+        found = [error(entry, target) for entry in self.solved]
+        return None if None in found else [abs(each) for each in found]
+
 
 def named(solver: str) -> str:
     """Name of a solver for people; a third one is called as it calls itself."""
@@ -70,12 +88,13 @@ def ladders(entries: Sequence[Entry], scene: str) -> list[Ladder]:
         if entry.scene.name == scene:
             groups.setdefault(series(entry), []).append(entry)
     found, plain = [], set()
-    for members in groups.values():
-        solver, mode = members[0].solver, members[0].mode
-        label, role = named(solver), "reference" if solver in NAMES else "third"
+    for stated in groups.values():
+        members, mode = coarse_first(stated), stated[0].mode
+        role = "reference" if members[0].solver in NAMES else "third"
         if members[0].solver == "ancf":
-            label, role = _plate_label(members[0]), "ancf exact" if mode in plain else "ancf"
+            role = "ancf exact" if mode in plain else "ancf"
             plain.add(mode)
+        label = _label(members[0], [other[0] for other in groups.values() if other[0].mode == mode])
         found.append(Ladder(members[0].scene, tuple(members), label, role, convergences(members)[-1]))
     return found
 
@@ -99,8 +118,19 @@ def budget(entries: Iterable[Entry]) -> str:
     return max((entry.level.budget for entry in in_ladders(list(entries))), key=BUDGETS.index)
 
 
-def _plate_label(entry: Entry) -> str:
-    """Rule of an ANCF series, and its element where it is not the paper's."""
+def _label(entry: Entry, others: Sequence[Entry]) -> str:
+    """Name of a series beside one entry of each: its solver, of ANCF the rule and the element if it is not the paper's,
+    and what else tells it from one of that name."""
+    alike = [other for other in others if _name(other) == _name(entry)]
+    kinds = [kind(other.level) for other in alike]
+    differing = [key for key in kind(entry.level) if len({own[key] for own in kinds}) > 1]
+    told = [f"{key.replace('_', ' ')} {kind(entry.level)[key]}" for key in differing]
+    return ", ".join([_name(entry), *told])
+
+
+def _name(entry: Entry) -> str:
+    if entry.solver != "ancf":
+        return named(entry.solver)
     words = ["ANCF", element(entry.level), rule(entry.level)]
     return " ".join(word for word in words if word != "conforming")
 
@@ -110,7 +140,8 @@ def band_words(ladder: Ladder) -> str:
     seen = ladder.convergence
     if seen.band is None:
         return f"No band: {seen.refused}."
-    limits = f"{seen.band.lower:.5f} to {seen.band.upper:.5f} {unit(ladder.scene)}".replace("-", "\u2212")
+    form = digits(ladder.values, seen.rest)
+    limits = f"{seen.band.lower:{form}} to {seen.band.upper:{form}} {unit(ladder.scene)}".replace("-", "\u2212")
     order = f"order {seen.order:.2f}"
     if seen.taken < seen.order:
         order += f" (band drawn with {seen.taken:.2f}, the limit at re-entrant edges)"
@@ -161,7 +192,7 @@ def limit_errors(entries: Sequence[Entry]) -> list[float | None]:
         for scene in scenes(entries)
         for ladder in ladders(entries, scene.name)
     }
-    return [percent(answer(entry), limits[series(entry)]) for entry in in_ladders(list(entries))]
+    return [error(entry, limits[series(entry)]) for entry in in_ladders(list(entries))]
 
 
 def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
@@ -171,14 +202,18 @@ def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
         finest = {}
         for ladder in ladders(entries, scene.name):
             finest.setdefault(ladder.solver, ladder.finest)
-        heights = {solver: answer(entry) for solver, entry in finest.items() if entry}
+        solved = {solver: entry for solver, entry in finest.items() if entry}
         for value in (*published(scene), *cross_code(scene)):
             if value.mesh is None:
                 line = {"scene": scene.name, "kind": value.kind, "source": value.source, "cell": value.cell}
                 line |= {"value": value.value}
-                line |= {f"{solver}_percent": percent(heights.get(solver), value.value) for solver in NAMES}
+                line |= {f"{solver}_percent": _beside(solved.get(solver), value.value) for solver in NAMES}
                 found.append(line)
     return found
+
+
+def _beside(entry: Entry | None, value: float) -> float | None:
+    return None if entry is None else error(entry, value)
 
 
 def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:

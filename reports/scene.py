@@ -9,10 +9,10 @@ from typing import Any
 from compare.report import Bullets, Page, Section, Text, write
 from compare.scene import Scene
 from compare.study import Entry, level_name
-from compare.table import answer, percent, quantity, unit
+from compare.table import answer, error, farther, finest_reference, quantity, unit
 from compare.verdict import Figure, stated
-from reports import sections, split, third
-from reports.ladders import NAMES, Ladder, band_words, by_mode, ladders, page_content, scenes
+from reports import probes, sections, split, third
+from reports.ladders import Ladder, band_words, by_mode, ladders, page_content, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:
@@ -29,27 +29,38 @@ def _figures(scene: Scene, found: Sequence[Ladder]) -> list[Figure]:
     """Figures of the ladders of one height or mode."""
     mode = found[0].mode
     about, what = scene.name + (f"_mode_{mode}" if mode else ""), quantity(scene, mode)
-    made, finest = [], {}
+    made = []
     for ladder in found:
         entry = ladder.finest
-        finest.setdefault(ladder.solver, entry)
         note = f"{level_name(entry.level)}. {band_words(ladder)}" if entry else "No level succeeded."
-        name = f"{about}_{ladder.label.replace(' ', '_')}_{'frequency' if mode else 'height'}"
+        name = f"{about}_{ladder.label.replace(' ', '_')}_{'frequency' if mode else scene.answer}"
         label = f"{scene.name}, {ladder.label}: {what} at its finest level"
         value = answer(entry) if entry else None
         made.append(stated(name, label, value, unit(scene), against="its own ladder", note=note, form=".6g"))
-    pair = [finest.get(solver) for solver in NAMES]
-    gap = percent(*map(answer, pair)) if all(pair) else None
-    label = f"{scene.name}{f', mode {mode}' if mode else ''}: "
-    label += "ANCF against the reference, each at its finest level of this run"
+    plates = [ladder for ladder in found if ladder.solver == "ancf"]
+    judge = finest_reference(found[0].entries[0], [entry for ladder in found for entry in ladder.solved])
+    return [*made, *(_gap(about, ladder, judge, ladder is plates[0]) for ladder in plates)]
+
+
+def _gap(about: str, ladder: Ladder, judge: Entry | None, is_first: bool) -> Figure:
+    """How far the finest level of a ladder of ANCF is from the reference's; the first one has the short name."""
+    known = ladder.finest is not None and judge is not None
+    name = f"{about}_{'ancf' if is_first else ladder.label.replace(' ', '_')}_reference_percent"
+    label = f"{about.replace('_mode_', ', mode ')}: {ladder.label} against the reference, finest levels of this run"
+    note = ""
+    if known:
+        note = f"{level_name(ladder.finest.level)} against {level_name(judge.level)}; "
+        note += f"positive: {farther(ladder.scene)}."
+    gap = error(ladder.finest, answer(judge)) if known else None
     against = "cross-code: two independent solvers"
-    return [*made, stated(f"{about}_ancf_reference_percent", label, gap, "%", against=against, form="+.3g")]
+    return stated(name, label, gap, "%", against=against, note=note, form="+.3g")
 
 
 def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any]], folder: Path) -> Path:
     """Write <scene's name>.html and .json into `folder`; returns the page's path."""
     judged = figures(entries)
     found = {**page_content(entries, rows, judged), **split.content(entries), **third.content(entries)}
+    found["probes"] = probes.rows(entries)
     about = found["provenance"]
     failed = sum(not entry.ok for entry in entries)
     words = f"{len(entries) - failed} of {len(entries)} runs succeeded."
@@ -63,6 +74,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         split.section(found),
         third.section(found),
         sections.sensitivity_section(found["sensitivity"]),
+        probes.section(found["probes"]),
         sections.table_section(entries, rows),
         pictures.result(),
         Section("limits", "What agreement does not prove", [Bullets(limits(entries))], "Not proven"),

@@ -18,7 +18,7 @@ from compare.result import Result
 from compare.scene import Rectangle, Scene
 from compare.sketch import sketch
 from compare.study import AS_STATED, Entry, level_name
-from compare.table import answer, in_ladders, judgements, percent, quantity, unit
+from compare.table import answer, digits, farther, history, in_ladders, judgements, quantity, rest, unit
 from compare.verdict import Figure
 from reports.bodies import bodies, opened
 from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, limit_errors, named, scenes
@@ -75,26 +75,34 @@ def table_section(entries: Sequence[Entry], rows: Sequence[dict[str, Any]]) -> S
         groove, load = rows[chosen[0]]["groove"], rows[chosen[0]]["load"]
         vibrates = scene.analysis.kind == "modes"
         caption = f"{scene.title} (groove: {groove}{'' if vibrates else f'; load: {load}'})"
-        columns = [IN_HERTZ.get(c.key, c) if vibrates else c for c in COLUMNS]
-        columns = [c for c in columns if any(rows[i].get(c.key) is not None for i in chosen)]
         shown = [kept[i] for i in chosen]
-        notes = [*_judged(scene, [judged[i] for i in chosen]), _timed(shown), *_failed(shown)]
+        form = digits(map(answer, shown), rest(shown))
+        in_metres = {"value": (form, quantity(scene)), "extrapolated": (form, "")}
+        columns = [IN_HERTZ.get(c.key, c) if vibrates else _formed(c, *in_metres.get(c.key, ())) for c in COLUMNS]
+        columns = [c for c in columns if any(rows[i].get(c.key) is not None for i in chosen)]
+        notes = [*_judged(scene, [judged[i] for i in chosen], form), _timed(shown), *_failed(shown)]
         blocks.append(Table(caption, columns, opened([rows[i] for i in chosen], shown), notes))
     views = bodies(entries)
     return Section("tables", "All rows", [views, *blocks] if views else blocks)
 
 
-def _judged(scene: Scene, judged: Sequence[dict[str, Any]]) -> list[str]:
-    """What the columns of a scene's table are judged against."""
+def _formed(column: Column, form: str = "", about: str = "") -> Column:
+    """The column in another format, and with another hint, where there is one."""
+    return replace(column, form=form or column.form, about=about or column.about)
+
+
+def _judged(scene: Scene, judged: Sequence[dict[str, Any]], form: str) -> list[str]:
+    """What the columns of a scene's table are judged against. form: of answers."""
     vibrates = scene.analysis.kind == "modes"
-    positive = "the higher frequency" if vibrates else "farther from z = 0"
-    notes = [f"Differences in percent of the value they are judged against; positive: {positive}."]
+    of = "" if vibrates or scene.answer != "height" else ", measured from the height at rest"
+    notes = [f"Differences in percent of the value they are judged against{of}; positive: {farther(scene)}."]
     if scene.published:
         printed = f"paper, vs paper: published, {scene.published.source}, the row of the same mesh"
         notes.append(printed + (", for the reference its converged row." if scene.published.converged else "."))
     reference = next((found["reference"] for found in judged if found["reference"]), None)
     if reference:
-        value = "the same mode" if vibrates else f"{reference['value']:.5f} m".replace("-", "\u2212")
+        value = f"{reference['value']:{form}} m".replace("-", "\u2212")
+        value = "the same mode" if vibrates else value
         notes.append(f"vs reference: {reference['kind']}, {reference['source']} ({reference['cell']}, {value}).")
     notes.append(
         "vs limit: the Richardson value of the whole series, where it has one (see the limits of the ladders)."
@@ -128,7 +136,7 @@ def plot_sections(entries: Sequence[Entry]) -> list[Section]:
             continue
         values.append(_value_plot(scene, found))
         target = error_target(found)
-        if target and any(error > 0 for ladder in found for error in _errors(ladder, target[0])):
+        if target and any(error > 0 for ladder in found for error in ladder.errors(target[0]) or ()):
             errors.append(_error_plot(scene, found, *target))
             work.append(_work_plot(scene, found, *target))
         paths.append(None if scene.analysis.kind == "modes" else _history_plot(scene, found))
@@ -173,15 +181,11 @@ def _limit(ladder: Ladder) -> plots.Limit:
     return plots.Limit(ladder.label, ladder.role, answer(ladder.finest), seen.extrapolated, *ends)
 
 
-def _errors(ladder: Ladder, target: float) -> list[float]:
-    return [abs(percent(value, target)) for value in ladder.values]
-
-
 def _error_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str) -> tuple[str, str]:
     lines = []
     for ladder in found:
         if ladder.solved:
-            errors = _errors(ladder, target)
+            errors = ladder.errors(target) or [0.0] * len(ladder.h)
             shown = [(h, e) for h, e in zip(ladder.h, errors, strict=True) if e > 0]
             slopes = pairwise_orders([h for h, _ in shown], [e for _, e in shown]) if len(shown) > 1 else []
             slope = f", slope {slopes[-1]:.2f}".replace("-", "\u2212") if slopes else ""
@@ -196,8 +200,8 @@ def _error_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str)
 
 def _work_plot(scene: Scene, found: Sequence[Ladder], target: float, what: str) -> tuple[str, str]:
     lines = []
-    for ladder in (f for f in found if f.solved):
-        seconds, errors = [e.wall_seconds for e in ladder.solved], _errors(ladder, target)
+    for ladder in (f for f in found if f.solved and f.errors(target)):
+        seconds, errors = [e.wall_seconds for e in ladder.solved], ladder.errors(target)
         cost, _ = cost_to(errors, seconds, 1.0)
         label = ladder.label + (f", 1 % in {cost:.2g} s" if cost is not None else "")
         lines.append(plots.Series(label, ladder.role, seconds, errors))
@@ -213,13 +217,12 @@ def _history_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str] | No
     for ladder in found:
         if ladder.finest and (ladder.role != "ancf exact"):
             finest[ladder.solver] = ladder.finest
-    probe = scene.probes[0].name
     paths = [
         plots.Series(
             f"{named(s)} {level_name(e.level)}",
             s if s in NAMES else "third",
             _parameter(e.result),
-            e.result.position(probe)[:, 2],
+            history(e),
         )
         for s, e in finest.items()
     ]
@@ -232,7 +235,7 @@ def _history_plot(scene: Scene, found: Sequence[Ladder]) -> tuple[str, str] | No
         mine, theirs = common_times(one.x, other.x)
         apart = 1e3 * (one.y[mine] - other.y[theirs])
         residual = plots.Series(f"{one.label} minus {other.label}", "difference", one.x[mine], apart)
-    labels = ("time (s)" if scene.analysis.kind == "dynamic" else "load parameter", f"height of {probe} (m)")
+    labels = ("time (s)" if scene.analysis.kind == "dynamic" else "load parameter", f"{quantity(scene)} (m)")
     caption = f"{scene.title}. Each solver at its finest level of this run."
     drawn = plots.history_plot(f"history-{scene.name}", f"Path: {scene.title}", caption, labels, paths, residual)
     return drawn, caption
@@ -251,11 +254,11 @@ def opinions_section(found: Sequence[dict[str, Any]]) -> Section | None:
         Column("scene", "scene"),
         Column("kind", "kind"),
         Column("cell", "cell or model"),
-        Column("value", "height", ".5f", "m"),
+        Column("value", "height", _finest_form(found, "value"), "m"),
         Column("reference_percent", "reference against it", "+.3f", "%"),
         Column("ancf_percent", "ANCF against it", "+.3f", "%"),
     )
-    notes = ["Each solver at its finest level of this run; positive: farther from z = 0."]
+    notes = ["Each solver at its finest level of this run; percent of the displacement, positive: farther from rest."]
     notes += dict.fromkeys(f"{line['kind']}: {line['source']}." for line in found)
     table = Table("Heights by other codes for the same question", columns, found, notes)
     return Section("opinions", "Third opinions", [table])
@@ -282,13 +285,13 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
     if not changes:
         return None
     measured = changes[0]["unit"]
-    what = "height" if measured == "m" else "first frequency"
+    what, form = "answer" if measured == "m" else "first frequency", digits(row["value"] for row in changes)
     columns = [
         Column("variant", "variant"),
         Column("solver", "solver"),
         Column("mesh", "mesh"),
         Column("rule", "rule"),
-        Column("value", "value", ".5f", measured),
+        Column("value", "value", form, measured),
         Column("change_percent", "change", "+.3f", "%"),
         Column("paper", "paper", ".4f", "m"),
         Column("error_paper_percent", "vs paper", "+.3f", "%"),
@@ -301,7 +304,7 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
         for row in moved
     ]
     words = (
-        f"Change of the {what} when one assumption is another, in percent of it as stated; positive: farther from 0."
+        f"Change of the {what} when one assumption is another, in percent of it as stated; positive: farther from rest."
     )
     drawn = plots.bar_plot("sensitivity", "Sensitivity", words, bars, f"change of the {what} (%)")
     blocks = [Plots([(drawn, words)])] if bars else []
@@ -312,6 +315,7 @@ def sensitivity_section(changes: Sequence[dict[str, Any]]) -> Section | None:
 
 def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
     """Table of the ladders' limits."""
+    form = _finest_form(found, "extrapolated", "lower", "upper")
     columns = [
         Column("scene", "scene"),
         Column("ladder", "ladder"),
@@ -320,9 +324,9 @@ def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
         Column("sequence", "sequence"),
         Column("order", "order", ".2f", "observed"),
         Column("taken", "order", ".2f", "taken"),
-        Column("extrapolated", "Richardson", ".5f"),
-        Column("lower", "band from", ".5f"),
-        Column("upper", "to", ".5f"),
+        Column("extrapolated", "Richardson", form),
+        Column("lower", "band from", form),
+        Column("upper", "to", form),
         Column("unit", "unit"),
         Column("gci_percent", "half width", ".3f", "%"),
         Column("refused", "no band because", "wrap"),
@@ -338,6 +342,11 @@ def convergence_section(found: Sequence[dict[str, Any]]) -> Section:
     return Section(
         "convergence", "Where the ladders tend", [Table("Limits of the ladders", columns, found, notes)], "Limits"
     )
+
+
+def _finest_form(lines: Sequence[dict[str, Any]], *keys: str) -> str:
+    """Format of answers that has digits enough for the smallest of several questions."""
+    return max((digits(line[key] for key in keys) for line in lines), key=lambda form: int(form[1:-1]), default=".5f")
 
 
 def start(work: Callable[..., Section], *arguments: Any) -> Future[Section]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from compare.report import Column, Section, Table
 from compare.study import Entry, level_name
-from compare.table import answer, percent, unit
+from compare.table import answer, error, unit
 from reports.ladders import NAMES, Ladder, by_mode, error_target, ladders, named, scenes
 
 ALIKE = 1.3  # largest ratio of two element sizes that are compared with each other
@@ -27,7 +27,7 @@ def content(entries: Sequence[Entry]) -> dict[str, Any]:
 
 def _line(scene: Any, ladder: Ladder, entry: Entry, target: tuple[float, str] | None, reference: Ladder | None):
     close = _closest(entry, reference)
-    error, theirs = (_error(e, target) for e in (entry, close))
+    own, theirs = (_error(e, target) for e in (entry, close))
     seconds, other = entry.wall_seconds or None, close.wall_seconds if close else None
     return {
         "scene": scene.name,
@@ -37,10 +37,10 @@ def _line(scene: Any, ladder: Ladder, entry: Entry, target: tuple[float, str] | 
         "mesh": level_name(entry.level),
         "value": answer(entry),
         "unit": unit(scene),
-        "error_percent": error,
+        "error_percent": own,
         "seconds": seconds,
         "beside": None if close is None else f"reference {level_name(close.level)}",
-        "error_ratio": abs(error / theirs) if error is not None and theirs else None,
+        "error_ratio": abs(own / theirs) if own is not None and theirs else None,
         "time_ratio": seconds / other if seconds and other else None,
         "target": target and target[1],
         "run": entry.key,
@@ -55,7 +55,7 @@ def _closest(entry: Entry, reference: Ladder | None) -> Entry | None:
 
 
 def _error(entry: Entry | None, target: tuple[float, str] | None) -> float | None:
-    return None if entry is None or target is None else percent(answer(entry), target[0])
+    return None if entry is None or target is None else error(entry, target[0])
 
 
 def section(content: dict[str, Any]) -> Section | None:

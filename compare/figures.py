@@ -31,8 +31,8 @@ class Job:
     """A picture to make of an outline.
 
     view: "mesh" (undeformed, with mesh lines), "section" (its part within `radius` (m) of `centre` (m),
-    seen along the plate), "deformed" (coloured by the size of the displacement from 0 to `greatest` (m)) or
-    "mode" (the same of a shape of vibration, whose size means nothing).
+    seen along the plate), "deformed" (displaced `times` as far as it is, coloured by the size of the
+    displacement from 0 to `greatest` (m)) or "mode" (the same of a shape of vibration, whose size means nothing).
     below: seen from below instead of from above.
     """
 
@@ -45,6 +45,7 @@ class Job:
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
     radius: float = 0.0
     greatest: float = 0.0
+    times: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def picture(job: Job) -> Picture:
     plotter = _plotter()
     outline, points = job.outline, np.asarray(job.outline.points, float)
     if job.view in ("deformed", "mode"):
-        moved = points + outline.displacement
+        moved = points + job.times * outline.displacement
         _lines(plotter, _feature_edges(outline, points), "#8b959e", 2.0)
         _add_body(plotter, outline, moved, np.linalg.norm(outline.displacement, axis=1), job.greatest)
         _look(plotter, np.vstack([points, moved]), below=False)

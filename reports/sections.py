@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
@@ -49,6 +50,7 @@ COLUMNS = (
 )
 PICTURED = 6  # modes at most
 REACH = 0.1  # of the plate's size: the largest displacement of a pictured mode
+SEEN = 0.01  # of the plate's size: smaller displacements are drawn larger
 IN_HERTZ = {
     "value": Column("value", "frequency", ".6g", "Hz"),
     "extrapolated": Column("extrapolated", "Richardson", ".6g", "Hz"),
@@ -403,6 +405,12 @@ def _reach(entry: Entry) -> float:
     return float(np.linalg.norm(entry.result.outline.displacement, axis=1).max())
 
 
+def _times(greatest: float, size: np.ndarray) -> float:
+    """1, or the power of ten that brings a displacement too small to be seen to a tenth of the body's size or less."""
+    part = greatest / float(np.linalg.norm(size))
+    return 1.0 if part == 0 or part >= SEEN else 10.0 ** math.floor(math.log10(REACH / part))
+
+
 def _job(view: str, entry: Entry, greatest: float) -> figures.Job | None:
     """One picture; None for a section where no groove runs along x on a rectangle."""
     scene, solver = entry.scene, entry.solver
@@ -410,10 +418,15 @@ def _job(view: str, entry: Entry, greatest: float) -> figures.Job | None:
     below = groove is not None and groove.face == "bottom"
     side = "seen from below" if below else "seen from above"
     who = f"{named(solver)} {level_name(entry.level)} ({entry.result.unknowns} unknowns)"
+    times = _times(greatest, np.ptp(entry.result.outline.points, axis=0))
+    drawn = "" if times == 1 else f", drawn {times:g} times as large"
     words, extra = {
         "mesh": (f"undeformed mesh of {scene.name}, {side}", {"below": below}),
         "section": (f"groove “{groove.name}” where it meets edge x1, {side}" if groove else "", {"below": below}),
-        "deformed": ("last output time, coloured by the size of the displacement", {"greatest": greatest}),
+        "deformed": (
+            f"last output time, coloured by the size of the displacement{drawn}",
+            {"greatest": greatest, "times": times},
+        ),
     }[view]
     if view == "section":
         if getattr(groove, "along", None) != "x" or not isinstance(scene.surface, Rectangle):

@@ -11,7 +11,7 @@ from compare.progress import line
 from compare.scene import SceneError, load
 from compare.study import Entry
 from compare.table import answer, at_rest, digits, error, finest_reference, quantity, rows
-from reports import probes, scene, split
+from reports import probes, scene, sections, split
 from reports.ladders import ladders
 
 PLATE = load("cantilever_plain").override({"published": None, "companions": []})
@@ -148,3 +148,11 @@ def test_every_probe_is_told_where_there_are_several(stated):
     found = probes.rows([moved(two, "ancf", level, LIMIT) for level in two.ladder("ancf")])
     assert [(row["probe"], row["mesh"], row["u_z"]) for row in found] == [("P", "8x8", LIMIT), ("Q", "8x8", LIMIT)]
     assert probes.rows(study(stated)) == []
+
+
+@pytest.mark.parametrize(
+    ("greatest", "times"), [(0.0, 1), (0.5, 1), (0.02, 1), (0.004, 10), (6.6e-5, 1000), (1e-9, 1e8)]
+)
+def test_a_displacement_too_small_to_be_seen_is_drawn_larger(greatest, times):
+    """By a power of ten, up to a tenth of the plate of 1 m by 1 m."""
+    assert sections._times(greatest, np.array([1.0, 1.0, 0.01])) == times

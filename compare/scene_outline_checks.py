@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from compare.scene import Band, Outlined, Scene
 from compare.scene_outline import DepthSurface, Loop, rectangle, sides_cross, within
+
+if TYPE_CHECKING:
+    from scipy.interpolate import NdBSpline
 
 LEAST_AREA = 1e-12  # of the plate's
 GRID = 24  # points a side that two shapes are looked at for a common one
@@ -106,10 +110,14 @@ def depths(shape: Outlined, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def surface_depths(surface: DepthSurface, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Depth (m) of a depth surface at points (n,)."""
+    return depth_spline(surface)(np.stack([x, y], axis=-1))
+
+
+def depth_spline(surface: DepthSurface) -> NdBSpline:
+    """A depth surface as a function of points (..., 2)."""
     from scipy.interpolate import NdBSpline
 
-    spline = NdBSpline(surface.knots, np.array(surface.depths), surface.degree)
-    return spline(np.stack([x, y], axis=-1))
+    return NdBSpline(surface.knots, np.array(surface.depths), surface.degree)
 
 
 def _points_inside(scene: Scene, shape: Outlined) -> tuple[np.ndarray, np.ndarray]:

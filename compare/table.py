@@ -33,6 +33,7 @@ import numpy as np
 from compare.convergence import Convergence, study
 from compare.exact import Value, cross_code, published, reentrant_order
 from compare.scene import Level, Scene
+from compare.scene_corners import reentrant_angle
 from compare.study import AS_STATED, Entry, level_name
 from compare.treads import title
 
@@ -116,11 +117,10 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
 
 
 def highest_order(entry: Entry) -> float:
-    """Order that theory allows a series in the limit: a solid is singular at the re-entrant edges of a band
-    with upright walls; without such edges there is no bound. A plate has no such edge in its kinematics."""
-    bands = (*entry.scene.grooves, *entry.scene.protrusions)
-    singular = entry.solver != "ancf" and any(getattr(band, "profile", None) is None for band in bands)
-    return reentrant_order(1.5 * math.pi) if singular else math.inf
+    """Order that theory allows a series in the limit: a solid is singular at the sharpest re-entrant edge of its bands;
+    without such edges there is no bound. A plate has no such edge in its kinematics."""
+    angle = None if entry.solver == "ancf" else reentrant_angle(entry.scene)
+    return math.inf if angle is None else reentrant_order(angle)
 
 
 def _row(entry: Entry, entries: list[Entry], found: Convergence) -> Row:

@@ -1,5 +1,6 @@
 """What is compared of two answers: displacements, at the right levels, under names that tell them apart."""
 
+import math
 from dataclasses import replace
 
 import fake_solver
@@ -10,7 +11,7 @@ from compare.difference import between
 from compare.progress import line
 from compare.scene import SceneError, load
 from compare.study import Entry
-from compare.table import answer, at_rest, digits, error, finest_reference, quantity, rows
+from compare.table import answer, at_rest, digits, error, finest_reference, highest_order, quantity, rows
 from reports import probes, scene, sections, split
 from reports.ladders import ladders
 
@@ -119,6 +120,16 @@ def test_a_row_printed_for_a_rule_is_judged_there():
     stated = PLATE.override({"published": {"source": "a", "rows": printed}, "ancf": {"levels": levels}})
     found = rows([moved(stated, "ancf", level, -0.12) for level in stated.ladder("ancf")])
     assert [row["paper"] for row in found] == [-0.1, -0.15, -0.1]
+
+
+def test_a_groove_stated_as_a_profile_bounds_the_order_alike():
+    """Upright walls are as sharp as a section of constant depth; the plate solver has no such edge."""
+    groove = {"name": "g", "face": "bottom", "along": "x"}
+    wall = [[0.4, 0.0], [0.4, 0.02], [0.6, 0.02], [0.6, 0.0]]
+    profile = {"degree": 1, "control_points": wall, "knots": [0, 0, 1, 2, 3, 3]}
+    for own in ({"across": [0.4, 0.6], "depth": 0.02}, {"profile": profile}):
+        entries = study(PLATE.override({**LADDERS, "grooves": [{**groove, **own}]}))
+        assert [highest_order(e) for e in entries] == [math.inf] * 3 + [pytest.approx(1.089, abs=1e-3)] * 3
 
 
 def test_a_component_of_the_displacement_may_be_the_answer(stated):

@@ -208,7 +208,8 @@ def _outlined(frame: Frame, shape: SceneFeature) -> Outlined:
 
 
 def spacing_of(plate: Plate, size: float) -> Spacing:
-    """Grading toward the plate's sides, grooves and loads by fixed ratios, so that all edges scale with `size`.
+    """Grading toward the plate's sides, grooves and loads by fixed ratios: all edges scale with `size` where no curve
+    asks for shorter ones (`mesh.EDGES_PER_TURN`).
 
     Twist is carried by shear within about one thickness of each side (Kirchhoff's corner forces), and
     the stress is singular at the clamp and at the re-entrant edges of a groove; so the edges are half

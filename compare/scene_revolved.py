@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from compare.scene import TURN, Revolved, Scene
+from compare.scene import TURN, Interval, Revolved, Scene
 
 LEAST_AROUND = 3  # elements on a full turn: fewer would meet a neighbour on two sides
 
@@ -30,7 +30,7 @@ def revolved_problems(surface: Revolved) -> Iterator[str]:
 
 
 def seam_problems(scene: Scene) -> Iterator[str]:
-    """What a scene asks of the edges x0 and x1 where a full turn leaves none."""
+    """What a scene asks of the edges x0 and x1 where a full turn leaves none, and what lies across the seam."""
     if not scene.surface.closed:
         return
     reason = "a full turn is closed there and has no such edge"
@@ -40,10 +40,22 @@ def seam_problems(scene: Scene) -> Iterator[str]:
                 place = getattr(part, key, None)
                 if place is not None and place.startswith("x"):
                     yield f"{kind}.{i}.{key} = {place!r}: {reason}"
+    for kind in ("loads", "probes"):
+        for i, part in enumerate(getattr(scene, kind)):
+            if hasattr(part, "region"):
+                yield from _over_seam(scene, f"{kind}.{i}.region", part.region[0])
     for i, level in enumerate(scene.ladder("ancf")):
         if level.mesh[0] < LEAST_AROUND:
             key = f"ancf.levels.{i}.mesh.0 = {level.mesh[0]}"
             yield f"{key}: a full turn needs {LEAST_AROUND} elements at least, each with two neighbours"
+
+
+def _over_seam(scene: Scene, key: str, interval: Interval) -> Iterator[str]:
+    """A range of angles that only begins or only ends within those of the full turn."""
+    (low, high), (first, last) = interval, scene.surface.angle
+    if low < last and high > first and not (first - TURN <= low and high <= last + TURN):
+        reason = f"reaches across the seam of a full turn from {first:g} to {last:g}"
+        yield f"{key}.0 = [{low:g}, {high:g}]: {reason}; state surface.angle from another angle on"
 
 
 def edge_of_ring(surface: Revolved, edge: str, samples: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

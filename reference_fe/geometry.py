@@ -19,6 +19,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 Interval = tuple[float, float]
+SAME = 1e-7  # of a length: what is nearer is the same place
 
 
 class MeshError(RuntimeError):
@@ -320,7 +321,7 @@ def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> l
     for (x0, x1), (y0, y1) in plate.regions:
         column = [(3, occ.addBox(x0, y0, -reach, x1 - x0, y1 - y0, 2 * reach))]
         tools += occ.intersect(bodies, column, removeObject=False, removeTool=True)[0]
-    for x, y in plate.lines:
+    for x, y in [*plate.lines, *_beyond_seam(plate)]:
         line = [(1, occ.addLine(occ.addPoint(x, y, -reach), occ.addPoint(x, y, reach)))]
         tools += occ.intersect(line, bodies, removeObject=True, removeTool=False)[0]
     for start, end in plate.middles:
@@ -331,3 +332,13 @@ def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> l
     if tools:
         bodies, _ = occ.fragment(bodies, tools)
     return [body for body in dict.fromkeys(bodies) if body[0] == 3]
+
+
+def _beyond_seam(plate: Plate) -> list[tuple[float, float]]:
+    """Lines (x, y) that a region or a line at one end of a closed plate cuts into the face at its other end."""
+    if not plate.closed:
+        return []
+    cuts = [(x, y) for (x0, x1), sides in plate.regions for x in (x0, x1) for y in sides]
+    other = {False: plate.length, True: 0.0}
+    near = SAME * plate.length
+    return [(other[x > near], y) for x, y in [*cuts, *plate.lines] if x < near or x > plate.length - near]

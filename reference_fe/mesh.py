@@ -21,7 +21,7 @@ from reference_fe.surface import Revolved, Surface, carry, volume_element
 
 VOLUME_ERROR = 0.01
 NUDGE = 1e-6  # of the box's thinnest side: nodes at a curved groove are moved by whole multiples of it
-EDGES_PER_TURN = 6  # least number of curved edges on a full turn of a groove's section
+EDGES_PER_TURN = 6  # least number of edges on a full turn of a curved section or outline, whatever the size
 TO_SKFEM = [0, 1, 2, 3, 4, 5, 6, 7, 9, 8]  # gmsh's tetra10 has its last two edges the other way round
 
 

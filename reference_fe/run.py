@@ -8,8 +8,10 @@ Readings a solver must choose:
 - A point load is spread evenly over the line through the thickness at its (x, y), a patch load over
   the kept volume of its region; both are dead loads.
 - An initial angular velocity turns about the origin of space.
-- h is the level's size: every edge length that the mesh is asked for is a fixed multiple of it. The mean
-  volume of the tetrahedra is no measure, because in a thin plate it falls with the square of the size.
+- h is the level's size: every edge length that the mesh is asked for is a fixed multiple of it, but for those along
+  the curves of grooves and protrusions, none of which is longer than a sixth of a full turn. Where that is the
+  shorter one, coarse levels are as fine as finer ones, and their errors need not fall evenly. The mean volume of
+  the tetrahedra is no measure, because in a thin plate it falls with the square of the size.
 - Modes are small vibrations about the undeformed solid. Rigid motions that the supports leave free are counted,
   not listed.
 - A rim's nodes are all those on the faces of its edges, its translation is their mean. What keeps its stated motion is

@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from compare.scene import Feature as SceneFeature
 from compare.scene import Profile, Scene, Section
 from reference_fe.elasticity import Lame, Pattern, lame, pattern, scalar_mass, tabulate
-from reference_fe.geometry import Band, Curve, Feature, Floor, Interval, Outlined, Plate
+from reference_fe.geometry import SAME, Band, Curve, Feature, Floor, Interval, Outlined, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
 from reference_fe.mesh import Solid, Spacing
 from reference_fe.newton import Memory
@@ -136,7 +136,7 @@ def plate_of(scene: Scene, frame: Frame, surface: Surface | Revolved | None) -> 
     if surface is not None:
         regions += [((0.0, x), (0.0, width)) for x in surface.creases(0)]
         regions += [((0.0, length), (0.0, y)) for y in surface.creases(1)]
-    lines = [frame.place(load.at) for load in scene.loads if load.kind == "point"]
+    lines = [_loaded(scene, frame, load.at) for load in scene.loads if load.kind == "point"]
     return Plate(
         length,
         width,
@@ -208,7 +208,8 @@ def _outlined(frame: Frame, shape: SceneFeature) -> Outlined:
 
 
 def spacing_of(plate: Plate, size: float) -> Spacing:
-    """Grading toward the plate's sides, grooves and loads by fixed ratios, so that all edges scale with `size`.
+    """Grading toward the plate's sides, grooves and loads by fixed ratios: all edges scale with `size` where no curve
+    asks for shorter ones (`mesh.EDGES_PER_TURN`).
 
     Twist is carried by shear within about one thickness of each side (Kirchhoff's corner forces), and
     the stress is singular at the clamp and at the re-entrant edges of a groove; so the edges are half
@@ -276,12 +277,19 @@ def _load(scene: Scene, frame: Frame, solid: Solid, load, mass, centre) -> Load 
     if load.kind == "axle":
         return Load(np.outer(centre, load.force), history)
     if load.kind == "point":
-        share = line_share(solid, frame.place(load.at))
+        share = line_share(solid, _loaded(scene, frame, load.at))
     elif load.kind == "edge":
         share = face_share(solid, *_edge(scene, frame, load.edge))
     else:
         share = region_share(solid, frame.region(load.region))
     return Load(np.outer(share, load.force), history)
+
+
+def _loaded(scene: Scene, frame: Frame, at: Interval) -> Interval:
+    """Place in the box of a point load; what is at the end of a full turn is at its start."""
+    x, y = frame.place(at)
+    (_, end), _ = frame.region(scene.surface.span)
+    return (0.0, y) if scene.surface.closed and x > (1 - SAME) * end else (x, y)
 
 
 def _probe(frame: Frame, solid: Solid, probe) -> np.ndarray:

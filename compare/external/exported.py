@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from compare.result import Outline, Result
-from compare.scene import Scene
+from compare.scene import Interval, Region, Scene
+from compare.scene_geometry import all_bands, limits, material_range
 from compare.study import Entry
 
 TABLES = (".csv", ".txt", ".tsv", ".dat")
@@ -32,7 +33,8 @@ FACES = {
     "triangle": ((0, 1, 2),),
     "quad": ((0, 1, 2, 3),),
 }
-SAMPLES = 5  # points in each direction of a patch whose mean is read
+SAMPLES = 5  # boxes through the material over a patch whose mean is read, and along it from one wall to the next
+STEPS = (np.arange(SAMPLES) + 0.5) / SAMPLES
 OUTSIDE = 1e-6  # of the body's size: how far outside the nodes a probe may lie
 
 
@@ -178,11 +180,11 @@ def _from_field(scene: Scene, path: Path, name: str, h: float | None, array: str
     moved = _displacement(mesh, path, array)
     points = np.asarray(mesh.points, float)
     probe = scene.probes[0]
-    at = [probe.at] if hasattr(probe, "at") else _samples(probe.region, scene.thickness)
-    value = _interpolated(points, moved, np.array(at, float), path, probe.name)
+    at, share = (np.array([probe.at]), np.ones(1)) if hasattr(probe, "at") else _samples(scene, probe.region)
+    value = _interpolated(points, moved, at, path, probe.name)
     cells = _bodies([(block.type, block.data) for block in mesh.cells])
     h = h or _edge(points, cells, path)
-    more = _moved(scene, np.mean(at, axis=0)[None], value.mean(axis=0)[None])
+    more = _moved(scene, (share @ at)[None], (share @ value)[None])
     more["outline"] = _outline(points, moved, cells)
     return _result(scene, name, h, 3 * len(points), 0.0, more)
 
@@ -215,11 +217,26 @@ def _displacement(mesh: Any, path: Path, array: str | None) -> np.ndarray:
     return values.astype(float)
 
 
-def _samples(region: Any, thickness: float) -> np.ndarray:
-    """Gauss-free samples of a patch: the middles of equal boxes (k, 3), whose mean is the patch's to order h²."""
-    cuts = (np.arange(SAMPLES) + 0.5) / SAMPLES
-    axes = [low + cuts * (high - low) for low, high in (*region, (-thickness / 2, thickness / 2))]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+def _samples(scene: Scene, region: Region) -> tuple[np.ndarray, np.ndarray]:
+    """Middles (k, 3) of boxes that fill the material over a region, and their shares (k,) of its volume.
+
+    A mean over them is the patch's to order h² of the boxes, whose edges are at the walls of straight bands.
+    """
+    (x, x_width), (y, y_width) = (_middles(scene, interval, axis) for axis, interval in enumerate(region))
+    low, high = np.moveaxis([[material_range(scene, a, b) for a in x] for b in y], -1, 0)
+    z = low[..., None] + np.multiply.outer(high - low, STEPS)
+    volume = np.repeat((high - low) * np.outer(y_width, x_width), SAMPLES)
+    return np.stack(np.broadcast_arrays(x[:, None], y[:, None, None], z), axis=-1).reshape(-1, 3), volume / volume.sum()
+
+
+def _middles(scene: Scene, interval: Interval, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """Middles (n,) and widths (n,) of even steps between the walls that straight bands have in an interval."""
+    low, high = np.clip(interval, *scene.surface.span[axis])
+    bands = [band for _, band in all_bands(scene) if not hasattr(band, "outline")]
+    walls = np.array([wall for band in bands for wall in limits(scene, band, axis)])
+    breaks = np.unique([low, high, *walls[(walls > low) & (walls < high)]])
+    width = np.diff(breaks)
+    return (breaks[:-1, None] + np.outer(width, STEPS)).ravel(), np.repeat(width / SAMPLES, SAMPLES)
 
 
 def _interpolated(points: np.ndarray, moved: np.ndarray, at: np.ndarray, path: Path, name: str) -> np.ndarray:

@@ -78,6 +78,25 @@ def test_a_patch_is_read_as_its_mean(tmp_path):
     assert rows([entry])[0]["value"] == pytest.approx(0.15 * (x0 + x1) + 0.05 * (y0 + y1), rel=1e-9)
 
 
+def test_a_patch_is_read_over_the_material_that_grooves_and_protrusions_leave(tmp_path):
+    """The mean of a linear field is its value at the centroid of the boxes that the patch is made of.
+
+    Of its 0.4 m x 0.4 m a quarter is 0.01 m thick, over a groove, and a half beside it 0.07 m, under a protrusion.
+    """
+    groove = {"name": "cut", "face": "bottom", "along": "y", "across": [0.5, 0.6], "depth": 0.04}
+    rib = {"name": "rib", "face": "top", "along": "y", "across": [0.7, 1.0], "depth": 0.02}
+    changes = {"grooves": [groove], "protrusions": [rib], "probes.0.region": [[0.5, 0.9], [0.8, 1.2]]}
+    scene = PATCH.override(changes)
+    points, cells, moved = bricks(4, lambda x, y: 0.1 * x - 0.3 * y, thick=0.1)
+    moved[:, 2] += 0.5 * points[:, 2]
+    meshio.write(tmp_path / "a.vtu", meshio.Mesh(points, [("hexahedron", cells)], {"U": moved}))
+    found = exported.entries(scene, tmp_path / "a.vtu", "Abaqus")[0].result
+    boxes = np.array([(0.55, 0.9, 0.02, 0.1 * 0.01), (0.65, 0.9, 0.0, 0.1 * 0.05), (0.8, 0.9, 0.01, 0.2 * 0.07)])
+    centre = boxes[:, 3] @ boxes[:, :3] / boxes[:, 3].sum()
+    assert found.probe_position[0] == pytest.approx(centre, abs=1e-12)
+    assert found.displacement[0, 0, 2] == pytest.approx(centre @ [0.1, -0.3, 0.5], abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

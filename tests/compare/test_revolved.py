@@ -9,6 +9,11 @@ from compare.scene_geometry import off_plane
 from tests.revolved_scenes import TURN, arc, cylinder, scene_of
 
 SYMMETRY = {"kind": "symmetry", "edge": "x0", "normal": "X"}
+HELD = {
+    "supports": [{"kind": "clamp", "edge": "y0"}],
+    "ancf": None,
+    "reference": {"levels": [{"size": 0.4, "time_step": 1.0}]},
+}
 REFUSED = {
     "angles reversed": ({"angle": [1.0, 0.0]}, {}, "surface.angle = [1, 0]: the first angle must be less"),
     "more than a turn": ({"angle": [0.0, 7.0]}, {}, "surface.angle = [0, 7]: more than a full turn, 2 pi"),
@@ -38,6 +43,16 @@ REFUSED = {
         {"angle": [0.1, 1.0]},
         {"supports": [SYMMETRY]},
         "supports.0.normal = 'X': the edge x0 does not lie in a plane of this normal",
+    ),
+    "load across the seam": (
+        {},
+        {"loads": [{"kind": "patch", "region": [[-0.3, 0.3], [0.0, 1.0]], "force": [0.0, 0.0, 1.0]}]},
+        "loads.0.region.0 = [-0.3, 0.3]: reaches across the seam of a full turn from 0 to 6.28319; state surface.angle",
+    ),
+    "probe across the seam": (
+        {"angle": [1.0, 1.0 + 2 * math.pi]},
+        {"probes": [{"name": "part", "region": [[7.0, 7.5], [0.0, 1.0]]}]},
+        "probes.0.region.0 = [7, 7.5]: reaches across the seam of a full turn from 1 to 7.28319",
     ),
     "groove off the ring": (
         {"angle": [0.0, 1.0]},
@@ -69,6 +84,12 @@ def test_a_full_turn_is_closed_and_less_is_not():
     assert scene_of(arc()).surface.closed
     assert scene_of(arc(), [1.0, 1.0 + 2 * math.pi]).surface.closed
     assert not scene_of(arc(), [0.0, 6.28]).surface.closed
+
+
+def test_a_region_may_end_at_the_seam():
+    for angles in ([0.0, 0.3], [6.0, 6.283185307], TURN):
+        probes = [{"name": "part", "region": [angles, [0.0, 1.0]]}]
+        scene_of(arc(), analysis={"kind": "static"}, probes=probes, **HELD)
 
 
 BROKEN = {

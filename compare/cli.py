@@ -215,13 +215,22 @@ def _scenes(options: argparse.Namespace) -> int:
 def with_companions(name: str, as_named: bool = False) -> list[Scene]:
     """The scene and its companions, which are shipped names or paths relative to the scene's file.
 
-    as_named: a file stands for the scene that it names, whatever else it states.
+    as_named: a file stands for the scene that it names, whatever else it states. Raises SceneError where two of them
+    have one name, by which tables and pages know them.
     """
-    from compare.scene import load
+    from compare.scene import SceneError, load
 
     scene = load(name) if as_named else _of_its_own(load(name), Path(name))
-    folder = Path(name).parent
-    return [scene, *(load(folder / other if other.endswith(".toml") else other) for other in scene.companions)]
+    files, scenes = {scene.name: name}, [scene]
+    for other in scene.companions:
+        path = str(Path(name).parent / other) if other.endswith(".toml") else other
+        companion = load(path)
+        if companion.name in files:
+            taken = f"that of {files[companion.name]}, which runs with it; state another"
+            raise SceneError([f"{path}: name = {companion.name!r}: {taken}"])
+        files[companion.name] = path
+        scenes.append(companion)
+    return scenes
 
 
 def _of_its_own(scene: Scene, path: Path) -> Scene:

@@ -146,6 +146,21 @@ def test_companions_are_paths_beside_the_scene_or_shipped_names(plate, capsys):
     assert "missing.toml" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("companions", ['"other.toml"', '"third.toml", "other.toml"', '"other.toml", "other.toml"'])
+def test_scenes_that_run_together_need_names_of_their_own(plate, capsys, companions):
+    """Another thickness under the name of the scene, or of another companion; both files are named."""
+    named = "plate" if companions == '"other.toml"' else "other"
+    for name in ("other", "third"):
+        text = SCENE.format(companions="").replace('"plate"', f'"{named}"').replace("0.05", "0.04")
+        (plate.parent / f"{name}.toml").write_text(text)
+    plate.write_text(SCENE.format(companions=companions))
+    assert cli.main(["table", str(plate)]) == 2
+    said = capsys.readouterr().err
+    first = plate.parent / companions.partition(",")[0].strip('"') if named == "other" else plate
+    assert f"other.toml: name = '{named}': that of {first}, which runs with it" in said
+    assert not Path("reports").exists()
+
+
 def test_set_changes_the_physics_and_leaves_companions_and_paper_out():
     stated = cli.with_companions("cantilever")
     (scene,) = cli._changed(stated, ["grooves.0.depth=0.02", "title=A plate"])

@@ -212,15 +212,14 @@ def _scenes(options: argparse.Namespace) -> int:
     return OK
 
 
-def with_companions(name: str, as_named: bool = False) -> list[Scene]:
+def with_companions(name: str) -> list[Scene]:
     """The scene and its companions, which are shipped names or paths relative to the scene's file.
 
-    as_named: a file stands for the scene that it names, whatever else it states. Raises SceneError where two of them
-    have one name, by which tables and pages know them.
+    Raises SceneError where two of them have one name, by which tables and pages know them.
     """
     from compare.scene import SceneError, load
 
-    scene = load(name) if as_named else _of_its_own(load(name), Path(name))
+    scene = _of_its_own(load(name), Path(name))
     files, scenes = {scene.name: name}, [scene]
     for other in scene.companions:
         path = str(Path(name).parent / other) if other.endswith(".toml") else other

@@ -19,7 +19,6 @@ SCENE = """
 name = "plate"
 title = "A small plate"
 thickness = 0.05
-study = "none_such"
 companions = [{companions}]
 surface = {{ kind = "rectangle", length = 1.0, width = 1.0 }}
 material = {{ kind = "svk", youngs_modulus = 2.0e6, density = 2000.0 }}
@@ -72,9 +71,6 @@ def test_run_prints_the_table_and_says_where_the_page_is(plate, capsys, monkeypa
             calls.append((scene.name, len(entries), len(rows), folder))
             return folder / "plate.html"
 
-    assert cli.main(["run", str(plate)]) == 0
-    assert "no page: reports.none_such does not exist" in capsys.readouterr().err
-    plate.write_text(plate.read_text().replace("none_such", "scene"))
     monkeypatch.setattr(
         cli.importlib.util,
         "find_spec",
@@ -86,6 +82,16 @@ def test_run_prints_the_table_and_says_where_the_page_is(plate, capsys, monkeypa
     assert "-0.50250" in seen
     assert "page: reports/build/plate.html" in seen
     assert calls == [("plate", 1, 1, Path("reports/build"))]
+
+
+@pytest.mark.parametrize("study", ["none_such", "speed", "frame", "tire", "sweep"])
+@pytest.mark.parametrize("command", [("run",), ("run", "--solver", "ancf"), ("table",), ("sweep", "--pages")])
+def test_what_makes_no_page_of_a_scene_is_refused_as_its_study(plate, capsys, study, command):
+    plate.write_text(f'study = "{study}"\n' + plate.read_text())
+    name, *more = command
+    assert cli.main([name, str(plate), *more]) == 2
+    assert f"plate: study = '{study}': reports.{study} makes no page of a scene" in capsys.readouterr().err
+    assert not list(Path().rglob("*.npz"))
 
 
 def test_a_failed_unit_exits_1_and_says_which(plate, capsys, monkeypatch):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import importlib.util
+import inspect
 import signal
 import sys
 import tempfile
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 
 SOLVERS = {"ancf": "ancf.run", "reference": "reference_fe.run"}
 OUT = Path("reports/build")
+PUBLISH = ["scene", "entries", "rows", "folder"]  # what an exhibit of a scene makes its page of
 OK, REFUSED, WRONG, UNWRITTEN, INTERRUPTED = 0, 1, 2, 3, 130
 ALONE = {"companions": [], "study": "scene", "published": None}  # a shipped scene whose physics was changed
 
@@ -176,12 +178,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], folder: Path) -> None:
-    """Publish the page of the scene's exhibit and say where it is; a scene may name an exhibit that is not there."""
-    module = _exhibit(scene)
-    if module is None:
-        print(f"no page: reports.{scene.study} does not exist", file=sys.stderr)
-    else:
-        print(f"page: {module.publish(scene, entries, rows, folder)}")
+    """Publish the page of the scene's exhibit and say where it is."""
+    print(f"page: {exhibit(scene).publish(scene, entries, rows, folder)}")
 
 
 def _table(options: argparse.Namespace) -> int:
@@ -212,16 +210,24 @@ def _scenes(options: argparse.Namespace) -> int:
     return OK
 
 
-def with_companions(name: str, as_named: bool = False) -> list[Scene]:
+def with_companions(name: str) -> list[Scene]:
     """The scene and its companions, which are shipped names or paths relative to the scene's file.
 
-    as_named: a file stands for the scene that it names, whatever else it states.
+    Raises SceneError where two of them have one name, by which tables and pages know them.
     """
-    from compare.scene import load
+    from compare.scene import SceneError, load
 
-    scene = load(name) if as_named else _of_its_own(load(name), Path(name))
-    folder = Path(name).parent
-    return [scene, *(load(folder / other if other.endswith(".toml") else other) for other in scene.companions)]
+    scene = _of_its_own(load(name), Path(name))
+    files, scenes = {scene.name: name}, [scene]
+    for other in scene.companions:
+        path = str(Path(name).parent / other) if other.endswith(".toml") else other
+        companion = load(path)
+        if companion.name in files:
+            taken = f"that of {files[companion.name]}, which runs with it; state another"
+            raise SceneError([f"{path}: name = {companion.name!r}: {taken}"])
+        files[companion.name] = path
+        scenes.append(companion)
+    return scenes
 
 
 def _of_its_own(scene: Scene, path: Path) -> Scene:
@@ -264,16 +270,21 @@ def _setting(text: str) -> tuple[str, Any]:
         return key, value
 
 
-def _exhibit(scene: Scene) -> Any:
-    """The module that publishes a scene, None where it names one that does not exist."""
-    study = f"reports.{scene.study}"
-    module = importlib.import_module(study) if importlib.util.find_spec(study) else None
-    return module if hasattr(module, "publish") else None
+def exhibit(scene: Scene) -> Any:
+    """The module that publishes a scene. Raises SceneError where there is none, or one of pages of another kind."""
+    from compare.scene import SceneError
+
+    name = f"reports.{scene.study}"
+    module = importlib.import_module(name) if importlib.util.find_spec(name) else None
+    publish = getattr(module, "publish", None)
+    if publish is None or [*inspect.signature(publish).parameters] != PUBLISH:
+        raise SceneError([f"{scene.name}: study = {scene.study!r}: {name} makes no page of a scene; leave this out"])
+    return module
 
 
 def third_solvers(scenes: list[Scene], budget: str) -> Sequence[Unit]:
     """Units of codes that nobody here wrote, where the scene's exhibit wants them and they are installed."""
-    return getattr(_exhibit(scenes[0]), "third_solvers", lambda *_: ())(scenes, budget)
+    return getattr(exhibit(scenes[0]), "third_solvers", lambda *_: ())(scenes, budget)
 
 
 def solved(
@@ -288,6 +299,8 @@ def solved(
     for scene in scenes:
         if not any(scene.ladder(solver, budget) for solver in solvers):
             raise UsageError(f"{scene.name}: no level of {' or '.join(solvers)} within the budget {budget}")
+    if scenes[0].study != ALONE["study"]:
+        exhibit(scenes[0])  # a wrong one is told before anything is solved
     from compare import progress, study, table
 
     folder = writable(options.out / "results")

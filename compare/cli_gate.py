@@ -31,7 +31,7 @@ def add(commands: Any) -> None:
 def _check(options: argparse.Namespace) -> int:
     from compare import ci, cli, gate
 
-    scenes = cli.with_companions(options.scene, as_named=True)
+    scenes = cli.with_companions(options.scene)
     baseline = gate.read(_baseline(scenes[0]))
     entries, rows = cli.solved(scenes, options, "quick")
     verdict = gate.check(rows, baseline)

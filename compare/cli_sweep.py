@@ -70,10 +70,10 @@ def _asked(paths: list[str], budget: str) -> list[tuple[str, list[Scene], list[U
     for path in paths:
         try:
             scenes = cli.with_companions(path)
+            units = [*study.plan(scenes, cli.SOLVERS, budget), *cli.third_solvers(scenes, budget)]
         except SceneError as error:
             problems += error.problems
             continue
-        units = [*study.plan(scenes, cli.SOLVERS, budget), *cli.third_solvers(scenes, budget)]
         found.append((path, scenes, units))
         if not units:
             problems.append(f"{path}: no level within the budget {budget}")

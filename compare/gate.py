@@ -14,6 +14,7 @@ from __future__ import annotations
 import json
 import platform
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -28,6 +29,8 @@ FLOOR = 1e-9  # m: a smaller accepted height is compared as if it were this larg
 CASE = "case"  # what a row is of that stands for no level of a scene; it then has a "unit" as well
 IDENTITY = ("solver", "element", "rule", "groove", "load", "mode", "mesh")
 LIBRARIES = ("numpy", "scipy", "scikit-fem", "gmsh", "numba", "pymetis", "pypardiso", "mkl")
+
+PARTS = {"platform": dict, "tolerance": dict, "rows": list, "accepts": list}  # of a baseline
 
 Row = dict[str, Any]
 
@@ -162,7 +165,21 @@ def read(path: Path) -> dict[str, Any]:
         raise BaselineError(f"{path}: not a baseline: {error}") from error
     if not isinstance(baseline, dict) or baseline.get("schema") != SCHEMA:
         raise BaselineError(f"{path}: not a baseline of schema {SCHEMA}")
+    if wrong := list(_damaged(baseline)):
+        raise BaselineError(f"{path}: missing or wrong in it: {', '.join(wrong)}; restore the file, or delete it")
     return baseline
+
+
+def _damaged(baseline: dict[str, Any]) -> Iterator[str]:
+    """Keys without which, or without numbers in which, nothing can be compared with a baseline."""
+    whole = [key for key, kind in PARTS.items() if isinstance(baseline.get(key), kind)]
+    yield from (key for key in PARTS if key not in whole)
+    for key in ("same", "across") if "tolerance" in whole else ():
+        if not isinstance(baseline["tolerance"].get(key), (int, float)):
+            yield f"tolerance.{key}"
+    for i, row in enumerate(baseline["rows"] if "rows" in whole else ()):
+        if not isinstance(row, dict) or not isinstance(row.get("value"), (int, float)):
+            yield f"rows.{i}.value"
 
 
 def lines(verdict: Verdict) -> list[str]:

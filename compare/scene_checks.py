@@ -23,6 +23,7 @@ TIMELESS = {
     "probes": "told by their frequencies and have no height",
     "published": "told by their frequencies, published values are heights",
 }
+TAKEN = ("index", "sweep", "speed", "hard_cases", "integration", "plate_drop", "tire", "tire_solids")  # by other pages
 CLAMPED = "this edge is already clamped by {first}"
 LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
 
@@ -53,6 +54,8 @@ def _file_names(scene: Scene) -> Iterator[str]:
     """Names that become files and modules: nothing in them may lead elsewhere."""
     if not re.fullmatch(r"\w[\w .+-]{0,99}", scene.name):
         yield f"name = {scene.name!r}: it names files; use 1 to 100 letters, digits, spaces and _ . + -, no . first"
+    elif scene.name in TAKEN:
+        yield f"name = {scene.name!r}: a page or an accepted table that is no scene's has this name; state another"
     if not scene.study.isidentifier():
         yield f"study = {scene.study!r}: not the name of an exhibit"
 

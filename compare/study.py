@@ -3,8 +3,9 @@
 Each unit runs in a fresh process with one thread, a few at a time, longest expected first. Its
 Result lies in one file whose name is a hash of all that the numbers depend on: the physics of the
 scene, the level, the source of the solver's package, the two files of this package that a solver
-reads, and the versions of the libraries behind it. A second run therefore only reads files, and
-an edited solver is computed again by itself. Solvers are handed in by dotted name; none is imported here.
+reads, and the versions of the libraries behind it. A second run therefore only reads files, an
+edited solver is computed again by itself, and so is a unit that failed for want of memory or of gmsh.
+Solvers are handed in by dotted name; none is imported here.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ LIBRARIES = {
 }
 LIBRARIES["calculix"] = (*LIBRARIES["reference"], "ccx")
 SOURCES = {"calculix": ("reports.calculix_solver", "compare.external.calculix", "reference_fe")}
+OF_THE_MACHINE = ("gmsh_missing", "gmsh_busy", "out_of_memory")  # statuses that say nothing of the unit
 CONTRACT = ("scene.py", "scene_parts.py", "scene_contact.py", "scene_outline.py", "scene_rim.py", "result.py")
 
 
@@ -239,11 +241,12 @@ def _shared(entry: Entry) -> bool:
 
 
 def _kept(unit: Unit, folder: Path) -> Entry | None:
-    """Entry of an earlier run, or None where there is none that can be read."""
+    """Entry of an earlier run, or None where there is none that can be read or the machine failed, not the solver."""
     try:
-        return _entry(unit, folder, None, "", fresh=False)
+        entry = _entry(unit, folder, None, "", fresh=False)
     except ResultError:
         return None
+    return None if entry.status in OF_THE_MACHINE else entry
 
 
 def _finished(outcome: pool.Outcome, folder: Path) -> Entry:

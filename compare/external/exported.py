@@ -11,6 +11,7 @@ import contextlib
 import csv
 import io
 import math
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -64,13 +65,22 @@ def entries(scene: Scene, path: Path, name: str, h: float | None = None, array: 
     """
     if not path.is_file():
         raise ExportError(f"{path}: no such file")
-    if name in ("ancf", "reference"):
-        raise ExportError(f"--name {name}: this is one of the two solvers that the file is compared with")
+    if reason := _misnamed(name):
+        raise ExportError(f"--name {name!r}: {reason}")
     if path.suffix.lower() in TABLES:
         found = _tabled(scene, path, name)
     else:
         found = [_from_field(scene, path, name, h, array)]
     return [_entry(scene, result, path) for result in sorted(found, key=lambda result: -result.h)]
+
+
+def _misnamed(name: str) -> str | None:
+    """Why a third solver cannot have this name, None where it can: results and bodies are known by it."""
+    if name.strip().lower() in ("ancf", "reference"):
+        return "this is one of the two solvers that the file is compared with"
+    if not (name.strip() and name.isprintable() and re.fullmatch(r"[^./\\][^/\\]{0,99}", name)):
+        return "use 1 to 100 printable characters without / and \\, no . first"
+    return None
 
 
 def _entry(scene: Scene, result: Result, path: Path) -> Entry:

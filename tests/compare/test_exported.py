@@ -172,6 +172,15 @@ def test_a_third_solver_is_on_the_page_with_its_ratios(tmp_path):
     assert content["third"] == [line] and "A third solver beside the two" in text
 
 
+@pytest.mark.parametrize("name", ["ancf", "ANCF", " reference", "", "  ", "a/b", "a\\b", "..", "a\nb", "a" * 101])
+def test_a_third_solver_needs_a_name_of_its_own_that_may_name_files(tmp_path, capsys, monkeypatch, name):
+    monkeypatch.setattr(cli, "solved", lambda *_: pytest.fail("it began to solve"))
+    good = write(tmp_path / "good.csv", "h,value\n0.1,1\n")
+    assert cli.main(["compare", "cantilever_plain", str(good), "--name", name]) == 2
+    assert f"--name {name!r}: " in capsys.readouterr().err
+    assert exported.entries(PLATE, good, "Code (3.1) <b>")[0].solver == "Code (3.1) <b>"
+
+
 def test_the_command_refuses_a_bad_file_before_it_solves(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(cli, "solved", lambda *_: pytest.fail("it began to solve"))
     bad = write(tmp_path / "bad.csv", "h,value\n0.1,x\n")

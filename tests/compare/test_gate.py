@@ -7,6 +7,8 @@ import pytest
 import ancf.run
 from compare import gate, study, table
 from compare.scene import load
+from reports.frame import BASELINES
+from tests.compare.scene_changes import GONE, changed
 
 
 def row(mesh="2x2", value=-0.4, status="ok", **changes):
@@ -115,6 +117,30 @@ def test_a_missing_or_damaged_baseline_is_an_error_with_its_path(tmp_path):
         path.write_text(text)
         with pytest.raises(gate.BaselineError, match=r"plate.json: not a baseline"):
             gate.read(path)
+
+
+@pytest.mark.parametrize(
+    ("changes", "wrong"),
+    [
+        ({"platform": GONE}, "platform"),
+        ({"platform": None, "accepts": {}}, "platform, accepts"),
+        ({"tolerance.across": GONE}, "tolerance.across"),
+        ({"rows.1.value": GONE, "rows.2": 3}, "rows.1.value, rows.2.value"),
+    ],
+)
+def test_what_a_baseline_lacks_is_named(tmp_path, baseline, changes, wrong):
+    path = tmp_path / "plate.json"
+    path.write_text(json.dumps(changed(changes, baseline)))
+    with pytest.raises(gate.BaselineError, match=rf"plate.json: missing or wrong in it: {wrong}; restore the file"):
+        gate.read(path)
+    with pytest.raises(gate.BaselineError, match="missing or wrong"):
+        gate.accept(ROWS, "again", "plate", path)
+
+
+@pytest.mark.parametrize("path", sorted(BASELINES.glob("*.json")), ids=lambda path: path.stem)
+def test_the_accepted_tables_are_whole(path):
+    if path.stem != "tire_solids":  # a record of solids, no table
+        assert gate.read(path)["rows"]
 
 
 def test_lines_show_each_rows_margin_and_the_platform(baseline):

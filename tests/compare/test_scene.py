@@ -2,10 +2,14 @@
 
 import copy
 import json
+import re
+from pathlib import Path
 
 import pytest
 
+from compare import index, scene_checks
 from compare.scene import BUDGETS, SceneError, load, names, parse
+from reports import sweep
 from tests.compare.scene_changes import CANTILEVER, GROOVED
 
 
@@ -122,3 +126,11 @@ def test_elements_and_their_least_points_are_those_of_the_solver():
     assert set(get_args(AncfLevel.model_fields["element"].annotation)) == set(FAMILY)
     least = {name: shape.least_points for name, shape in FAMILY.items() if shape.least_points != (1, 1, 1)}
     assert least == LEAST_POINTS
+
+
+def test_no_scene_takes_the_name_of_a_page_or_of_an_accepted_table_that_is_not_its_own():
+    """Those that make and its gates write, the index's and the sweep's."""
+    root = Path(__file__).parents[2]
+    pages = set(re.findall(r"reports/build/(\w+)\.html", (root / "Makefile").read_text()))
+    tables = {path.stem for path in (root / "reports" / "baselines").glob("*.json")} - set(names())
+    assert {"index", "sweep", "tire"} < pages | tables | {Path(index.NAME).stem, sweep.NAME} <= set(scene_checks.TAKEN)

@@ -61,6 +61,8 @@ KEYS = {
         {"ancf.levels.0.element": "enriched", "ancf.levels.0.mesh": [4, 1], "ancf.levels.0.points": [4, 4, 3]},
         "ancf.levels.0.points = [4, 4, 3]: the enriched element deforms without energy below [4, 5, 3]",
     ),
+    "name of the index": ({"name": "index"}, "name = 'index': a page or an accepted table that is no scene's has this"),
+    "name of a study": ({"name": "tire"}, "name = 'tire': a page or an accepted table that is no scene's has this"),
     "schema of the future": ({"schema_version": 2}, "schema_version = 2: must be 1"),
 }
 ACTS = {

@@ -93,6 +93,19 @@ def test_reuse_can_be_declined(ran):
     assert study.run([small()], FAKE, "quick", folder, reuse=False)[0].fresh
 
 
+@pytest.mark.parametrize(
+    ("status", "again"),
+    [("gmsh_missing", True), ("gmsh_busy", True), ("out_of_memory", True), ("newton_diverged", False)],
+)
+def test_a_failure_of_the_machine_is_solved_again_and_one_of_the_solver_is_kept(tmp_path, status, again):
+    (unit,) = study.plan([small()], {"ancf": "fake_solver"}, "quick")
+    failed = replace(fake_solver.solve(unit.scene, unit.level), status=status)
+    save(failed, tmp_path / f"{unit.key}.npz")
+    (entry,) = study.solve([unit], tmp_path)
+    assert (entry.fresh, entry.status) == (again, "ok" if again else status)
+    assert load_result(tmp_path / f"{unit.key}.npz").status == entry.status
+
+
 def test_crashes_are_entries_and_the_others_finish(tmp_path, monkeypatch):
     """Without an estimate, too: the environment asks the solver to refuse it."""
     monkeypatch.setenv("FAKE_SOLVER", "no estimate;raise 0.5;kill 0.25;exit 0.2")

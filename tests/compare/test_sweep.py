@@ -30,7 +30,7 @@ def scenes(tmp_path, monkeypatch):
     for n in range(3):
         path = tmp_path / f"plate{n}.toml"
         text = SCENE.format(companions="").replace('"plate"', f'"plate{n}"').replace("0.05", f"0.0{n + 4}")
-        path.write_text(text.replace('study = "none_such"\n', ""))
+        path.write_text(text)
         paths.append(str(path))
     return paths
 
@@ -45,11 +45,14 @@ def test_a_sweep_is_one_table_and_one_page(scenes, capsys):
 
 
 def test_wrong_scenes_of_a_sweep_are_told_at_once_before_anything_is_solved(scenes, capsys):
-    """A key that does not exist, and a name that is taken."""
+    """A key that does not exist, a name that is taken, and a study that makes no page of a scene."""
+    other = Path("other.toml")
+    other.write_text('study = "speed"\n' + Path(scenes[1]).read_text())
     Path(scenes[1]).write_text(Path(scenes[1]).read_text() + "\ncolour = 'blue'\n")
     Path(scenes[2]).write_text(Path(scenes[2]).read_text().replace("plate2", "plate0"))
-    assert cli.main(["sweep", *scenes]) == 2
+    assert cli.main(["sweep", *scenes, str(other)]) == 2
     said = capsys.readouterr().err
+    assert "plate1: study = 'speed': reports.speed makes no page" in said
     assert "plate1.toml" in said and "colour" in said and "its name 'plate0' is that of" in said
     assert not Path("reports").exists()
 

@@ -222,10 +222,13 @@ def version(library: str) -> str | None:
 
 
 def label(about: Unit | Entry) -> str:
-    """Name of a unit or entry for people."""
+    """Name of a unit or entry for people; with its element where the scene's ladders have several."""
+    from compare.table import element, rule
+
     where = about.scene.name if about.variant is None else f"{about.scene.name}, {about.variant}"
-    points = "x".join(map(str, getattr(about.level, "points", ())))
-    return f"{where}: {about.solver} {level_name(about.level)}{points and f', {points} points'}"
+    points, several = rule(about.level), len({element(level) for level in about.scene.ladder("ancf")}) > 1
+    named = f" {element(about.level)}" if points and several else ""
+    return f"{where}: {about.solver} {level_name(about.level)}{named}{f', {points} points' if points else ''}"
 
 
 def level_name(level: Level) -> str:

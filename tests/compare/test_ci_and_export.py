@@ -3,14 +3,16 @@
 import json
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 import synthetic_study
 
-from compare import ci, export, gate
+from compare import ci, cli, export, gate
 from compare.formats import as_latex
+from compare.scene import load
 from compare.table import rows
 
 ODD = 'mesh <&> "2x2" | a_b \x1b'
@@ -98,3 +100,28 @@ def test_a_notebook_shows_the_answer_with_every_word_escaped(result):
     place = result.position("P")[-1]
     assert held["P at 1"] == f"({place[0]:.5f}, {place[1]:.5f}, {place[2]:.5f}) m" and held["status"] == "ok"
     assert json.dumps(held)
+
+
+@pytest.fixture
+def two_ladders(tmp_path, monkeypatch):
+    """A scene whose enriched and conforming ladders share a mesh; an exported file holds its element's name."""
+    levels = [{"mesh": mesh, "budget": "quick"} for mesh in ([4, 4], [8, 8])]
+    levels.append({"mesh": [8, 8], "element": "conforming", "budget": "quick"})
+    scene = load("cantilever").override({"ancf": {"time_step": 0.02, "levels": levels}}, "two")
+    monkeypatch.setattr(cli, "with_companions", lambda name: [scene])
+    monkeypatch.setattr(cli, "SOLVERS", {"ancf": "fake_solver", "reference": "fake_solver"})
+    monkeypatch.setattr(export, "write", lambda found, path: path.write_text(found.level["element"]))
+    monkeypatch.chdir(tmp_path)
+
+
+def test_export_takes_the_first_ladder_and_refuses_a_level_of_two(two_ladders, capsys):
+    scene, file = "two", Path("plate.vtu")
+    assert cli.main(["export", scene, str(file)]) == 0
+    assert capsys.readouterr().out == "two: ancf 8x8 enriched, 7x7x3 points: plate.vtu\n"
+    assert file.read_text() == "enriched"
+    assert cli.main(["export", scene, str(file), "--level", "8x8 conforming"]) == 0
+    assert file.read_text() == "conforming"
+    assert cli.main(["export", scene, str(file), "--level", "8x8"]) == 2
+    assert "--level 8x8: one of 2 levels: 8x8 enriched; 8x8 conforming" in capsys.readouterr().err
+    assert cli.main(["export", scene, str(file), "--level", "9x9"]) == 2
+    assert "the scene has 4x4, 8x8 enriched, 8x8 conforming" in capsys.readouterr().err

@@ -120,6 +120,17 @@ def test_units_that_would_not_fit_into_memory_run_one_at_a_time(tmp_path, monkey
     assert max(most) == 1
 
 
+def test_a_label_names_the_element_where_the_ladders_have_several():
+    two = {"time_step": 0.02, "levels": [{"mesh": [2, 2]}, {"mesh": [2, 2], "element": "conforming"}]}
+    units = study.plan([small(ancf=two, sizes=(0.4,))], FAKE, "full")
+    assert [unit.label for unit in units] == [
+        "cantilever: ancf 2x2 enriched, 7x7x3 points",
+        "cantilever: ancf 2x2 conforming, 7x7x3 points",
+        "cantilever: reference h=0.4",
+    ]
+    assert study.plan([small()], FAKE, "full")[0].label == "cantilever: ancf 2x2, 7x7x3 points"
+
+
 def test_titles_and_budgets_do_not_invalidate_but_physics_and_levels_do():
     def keys(**changes):
         return [unit.key for unit in study.plan([small((2, 3), (0.4,), **changes)], FAKE, "full")]

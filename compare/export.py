@@ -34,12 +34,15 @@ def write(result: Result, path: Path) -> None:
 
 
 def fields(result: Result) -> dict[str, np.ndarray]:
-    """Fields (n, 3) at the nodes: "displacement" in m, or each mode scaled to the largest displacement 1."""
+    """Fields (n, 3) at the nodes: "displacement" in m, or each mode scaled to the largest displacement 1.
+
+    No name has a space, which VTK does not allow.
+    """
     outline = result.outline
     if outline.modes is None:
         return {"displacement": outline.displacement}
     return {
-        f"mode {i} {hertz:.6g} Hz": mode
+        f"mode_{i}_{hertz:.6g}_Hz": mode
         for i, (hertz, mode) in enumerate(zip(result.frequencies, outline.modes, strict=True), 1)
     }
 

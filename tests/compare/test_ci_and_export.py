@@ -85,7 +85,12 @@ def test_xdmf_holds_the_same_numbers(tmp_path, result):
 def test_modes_are_a_field_each_and_what_cannot_be_exported_says_why(tmp_path, result):
     outline = replace(result.outline, modes=np.stack([result.outline.points] * 2))
     rings = replace(result, outline=outline, frequencies=np.array([1.5, 9.25]))
-    assert list(export.fields(rings)) == ["mode 1 1.5 Hz", "mode 2 9.25 Hz"]
+    assert list(export.fields(rings)) == ["mode_1_1.5_Hz", "mode_2_9.25_Hz"]
+    for suffix in (".vtu", ".vtk"):
+        export.write(rings, tmp_path / f"rings{suffix}")
+        read = meshio.read(tmp_path / f"rings{suffix}").point_data
+        assert list(read) == list(export.fields(rings))
+        np.testing.assert_allclose(read["mode_2_9.25_Hz"], outline.modes[1], rtol=0, atol=1e-15)
     with pytest.raises(export.ExportError, match=r"ends with one of \.vtu"):
         export.write(result, tmp_path / "plate.stl")
     with pytest.raises(export.ExportError, match="has no surface"):

@@ -30,7 +30,9 @@ def add(commands: Any) -> None:
     cli.budget(compare)
     cli.working(compare)
 
-    export = cli.add(commands, "export", _export, "write the surface of a level with its displacement, for ParaView")
+    export = cli.add(
+        commands, "export", _export, "write the surface of a level with displacement and stress, for ParaView"
+    )
     export.add_argument("file", type=Path, metavar="FILE", help="name that ends with .vtu, .vtk or .xdmf")
     export.add_argument("--solver", choices=cli.SOLVERS, default="ancf", help="whose level (ancf)")
     export.add_argument(

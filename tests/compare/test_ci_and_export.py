@@ -82,6 +82,18 @@ def test_xdmf_holds_the_same_numbers(tmp_path, result):
         np.testing.assert_array_equal(read, known)
 
 
+def test_the_stress_of_a_surface_goes_with_it(tmp_path, result):
+    stress = np.linspace(0, 2e6, len(result.outline.points))
+    bent = replace(result, outline=replace(result.outline, stress=stress))
+    for suffix in (".vtu", ".vtk"):
+        export.write(bent, tmp_path / f"bent{suffix}")
+        np.testing.assert_allclose(meshio.read(tmp_path / f"bent{suffix}").point_data["von_mises"], stress, rtol=1e-15)
+    attribute = ElementTree.fromstring(export.xdmf(bent)).findall("Domain/Grid/Attribute")[1]
+    assert (attribute.get("Name"), attribute.get("AttributeType")) == ("von_mises", "Scalar")
+    assert attribute.find("DataItem").get("Dimensions") == str(len(stress))
+    np.testing.assert_array_equal(np.array(attribute.find("DataItem").text.split(), float), stress)
+
+
 def test_modes_are_a_field_each_and_what_cannot_be_exported_says_why(tmp_path, result):
     outline = replace(result.outline, modes=np.stack([result.outline.points] * 2))
     rings = replace(result, outline=outline, frequencies=np.array([1.5, 9.25]))

@@ -156,6 +156,9 @@ def working(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=_count, default=2, metavar="N", help="processes at a time, one thread each (2)")
     parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help=f"folder of pages and results ({OUT})")
     parser.add_argument("--fresh", action="store_true", help="solve everything again, reuse no earlier result")
+    parser.add_argument(
+        "--any-size", action="store_true", help="solve levels too that need far more memory than this machine has"
+    )
 
 
 def _count(text: str) -> int:
@@ -294,9 +297,10 @@ def solved(
     with progress.shown() as report:
         units = [*study.plan(scenes, solvers, budget), *others]
         timed = getattr(options, "timed", False)
-        entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh, timed=timed)
-    fresh = len({entry.key for entry in entries if entry.fresh})
-    print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
+        entries = study.solve(units, folder, options.jobs, report, not options.fresh, timed, options.any_size)
+    fresh = len({entry.key for entry in entries if entry.fresh and entry.result})
+    reused = len({entry.key for entry in entries if not entry.fresh})
+    print(f"{fresh} units solved, {reused} reused", file=sys.stderr)
     return entries, table.rows(entries)
 
 

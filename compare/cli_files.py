@@ -78,7 +78,7 @@ def _export(options: argparse.Namespace) -> int:
     level = _level(scene, options)
     unit = study.unit(scene, None, options.solver, cli.SOLVERS[options.solver], level)
     folder = cli.writable(options.out / "results")
-    (entry,) = study.solve([unit], folder, reuse=not options.fresh)
+    (entry,) = study.solve([unit], folder, reuse=not options.fresh, any_size=options.any_size)
     if not entry.ok:
         cli.say_failures([entry])
         return cli.REFUSED

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from compare import cli, cli_gate, gate
+from compare import cli, cli_gate, gate, pool
+from compare.explain import _cost
 from compare.scene import SHIPPED
 from compare.table import KEYS
 
@@ -196,6 +197,30 @@ def test_explain_says_what_is_modelled_left_out_and_what_it_costs(plate, capsys)
         assert text in seen
     assert "load: point, (0, 0, -50) N at (1, 1), constant" in seen
     assert "plate: rectangle, x 0 to 1 and y 0 to 1 m, 0.05 m thick" in seen
+
+
+def test_explain_marks_what_the_machine_does_not_hold(plate, capsys, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", f"huge {1 / 3:g}")
+    assert cli.main(["explain", str(plate)]) == 0
+    fits, huge = [line for line in capsys.readouterr().out.splitlines() if "unknowns " in line]
+    assert "MB of this machine" not in fits and huge.endswith(" MB of this machine; refused without --any-size")
+    monkeypatch.setattr(pool, "physical_mb", lambda: 0.7)
+    assert cli.main(["explain", str(plate), "--budget", "quick"]) == 0
+    assert capsys.readouterr().out.endswith("  more than the 1 MB of this machine\n")
+
+
+def test_numbers_of_explain_are_apart_however_large():
+    stated = {"elements": 3134918128, "unknowns": 13793639763, "memory_mb": 326612357.0}
+    assert _cost(stated) == "3134918128 elements  13793639763 unknowns  326612357 MB"
+
+
+def test_a_level_beyond_the_memory_exits_1_and_any_size_solves_it(plate, capsys, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", f"huge {1 / 3:g}")
+    assert cli.main(["run", str(plate)]) == 1
+    seen = capsys.readouterr().err
+    assert "[1/2] plate: ancf 3x3, 7x7x3 points too_large: needs about 1,000 GiB of memory" in seen
+    assert "1 units solved, 0 reused" in seen and "GiB; a coarser level needs less" in seen
+    assert cli.main(["run", str(plate), "--any-size"]) == 0
 
 
 def test_scenes_lists_every_shipped_scene_with_its_title(capsys):

@@ -42,6 +42,7 @@ def add(commands: Any) -> None:
         "first ladder, which pages draw boldest)",
     )
     cli.budget(export)
+    cli.changing(export)
     cli.working(export)
 
 
@@ -74,7 +75,7 @@ def _compare(options: argparse.Namespace) -> int:
 def _export(options: argparse.Namespace) -> int:
     from compare import cli, export, levels, study
 
-    scene = cli.with_companions(options.scene)[0]
+    scene = cli.asked(options)[0]
     level = _level(scene, options)
     unit = study.unit(scene, None, options.solver, cli.SOLVERS[options.solver], level)
     folder = cli.writable(options.out / "results")

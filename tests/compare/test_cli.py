@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from compare import cli, cli_gate, gate, pool
+from compare import cli, cli_gate, export, gate, pool
 from compare.explain import _cost
 from compare.scene import SHIPPED
 from compare.table import KEYS
@@ -162,6 +162,23 @@ def test_set_of_anything_but_physics_keeps_the_study():
     assert [scene.name for scene in changed] == [scene.name for scene in stated]
     assert len(changed[0].ancf.levels) == 1
     assert changed[0].published == stated[0].published
+
+
+def test_every_command_on_one_scene_takes_the_same_change(plate, capsys, monkeypatch):
+    """What run has solved is reused by table and export, so that the three mean one scene."""
+    monkeypatch.setattr(export, "write", lambda result, path: path.write_text(result.scene["name"]))
+    change = [str(plate), "--set", "material.youngs_modulus=4.0e6"]
+    assert cli.main(["run", *change]) == 0
+    capsys.readouterr()
+    assert cli.main(["table", *change, "--format", "json"]) == 0
+    seen = capsys.readouterr()
+    assert [row["value"] for row in json.loads(seen.out)] == pytest.approx([-0.505, -0.50444444])
+    assert "0 units solved, 2 reused" in seen.err
+    kept = sorted(Path("reports/build/results").iterdir())
+    assert cli.main(["export", str(plate), "bent.vtu", *change[1:]]) == 0
+    assert Path("bent.vtu").read_text() == "plate_set" and sorted(Path("reports/build/results").iterdir()) == kept
+    assert cli.main(["explain", *change]) == 0
+    assert "material: St. Venant-Kirchhoff, E 4e+06 Pa" in capsys.readouterr().out
 
 
 WRONG = {

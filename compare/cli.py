@@ -104,14 +104,7 @@ def parser() -> argparse.ArgumentParser:
     run = add(commands, "run", _run, "solve a scene, print its table, write its page and JSON")
     budget(run)
     run.add_argument("--solver", choices=SOLVERS, help="only this solver (default: every one the scene has levels for)")
-    run.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="set a dotted key of SCENE, for example material.youngs_modulus=2.1e6 or grooves.0.depth=0.02; "
-        "a scene whose physics is changed so runs without its companions and its published values",
-    )
+    changing(run)
     working(run)
     run.add_argument(
         "--timed",
@@ -123,6 +116,7 @@ def parser() -> argparse.ArgumentParser:
     table = add(commands, "table", _table, "print the rows of a scene and its companions to standard output")
     table.add_argument("--format", choices=("md", "tex", "csv", "json"), default="md", help="default: md")
     budget(table)
+    changing(table)
     working(table)
 
     cli_files.add(commands)
@@ -130,6 +124,7 @@ def parser() -> argparse.ArgumentParser:
 
     explain = add(commands, "explain", _explain, "say what will be modelled, what is left out, unknowns and memory")
     budget(explain)
+    changing(explain)
 
     cli_sweep.add(commands)
     scenes = commands.add_parser("scenes", help="list the shipped scenes")
@@ -154,10 +149,24 @@ def budget(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def changing(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="set a dotted key of SCENE, for example material.youngs_modulus=2.1e6 or grooves.0.depth=0.02; "
+        "a scene whose physics is changed so runs without its companions and its published values",
+    )
+
+
 def working(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=_count, default=2, metavar="N", help="processes at a time, one thread each (2)")
     parser.add_argument("--out", type=Path, default=OUT, metavar="DIR", help=f"folder of pages and results ({OUT})")
     parser.add_argument("--fresh", action="store_true", help="solve everything again, reuse no earlier result")
+    parser.add_argument(
+        "--any-size", action="store_true", help="solve levels too that need far more memory than this machine has"
+    )
 
 
 def _count(text: str) -> int:
@@ -168,7 +177,7 @@ def _count(text: str) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    scenes = _changed(with_companions(options.scene), options.set)
+    scenes = asked(options)
     others = () if options.solver else third_solvers(scenes, options.budget)
     entries, rows = solved(scenes, options, options.budget, options.solver, others)
     print_table(rows)
@@ -183,7 +192,7 @@ def print_page(scene: Scene, entries: list[Entry], rows: list[dict[str, Any]], f
 
 
 def _table(options: argparse.Namespace) -> int:
-    entries, rows = solved(with_companions(options.scene), options, options.budget)
+    entries, rows = solved(asked(options), options, options.budget)
     from compare.formats import FORMATS
 
     sys.stdout.write(FORMATS[options.format](rows))
@@ -194,7 +203,7 @@ def _table(options: argparse.Namespace) -> int:
 def _explain(options: argparse.Namespace) -> int:
     from compare.explain import explain
 
-    print("\n".join(explain(with_companions(options.scene)[0], options.budget, SOLVERS)))
+    print("\n".join(explain(asked(options)[0], options.budget, SOLVERS)))
     return OK
 
 
@@ -208,6 +217,11 @@ def _scenes(options: argparse.Namespace) -> int:
         except SceneError as error:
             print(f"{name:{width}}  wrong scene: {error.problems[0]}")
     return OK
+
+
+def asked(options: argparse.Namespace) -> list[Scene]:
+    """The scene and its companions, as --set changes them."""
+    return _changed(with_companions(options.scene), options.set)
 
 
 def with_companions(name: str) -> list[Scene]:
@@ -307,9 +321,10 @@ def solved(
     with progress.shown() as report:
         units = [*study.plan(scenes, solvers, budget), *others]
         timed = getattr(options, "timed", False)
-        entries = study.solve(units, folder, options.jobs, report, reuse=not options.fresh, timed=timed)
-    fresh = len({entry.key for entry in entries if entry.fresh})
-    print(f"{fresh} units solved, {len({entry.key for entry in entries}) - fresh} reused", file=sys.stderr)
+        entries = study.solve(units, folder, options.jobs, report, not options.fresh, timed, options.any_size)
+    fresh = len({entry.key for entry in entries if entry.fresh and entry.result})
+    reused = len({entry.key for entry in entries if not entry.fresh})
+    print(f"{fresh} units solved, {reused} reused", file=sys.stderr)
     return entries, table.rows(entries)
 
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from compare.scene import Level, Scene
 
 
 def add(commands: Any) -> None:
@@ -27,11 +30,19 @@ def add(commands: Any) -> None:
     cli.budget(compare)
     cli.working(compare)
 
-    export = cli.add(commands, "export", _export, "write the surface of a level with its displacement, for ParaView")
+    export = cli.add(
+        commands, "export", _export, "write the surface of a level with displacement and stress, for ParaView"
+    )
     export.add_argument("file", type=Path, metavar="FILE", help="name that ends with .vtu, .vtk or .xdmf")
     export.add_argument("--solver", choices=cli.SOLVERS, default="ancf", help="whose level (ancf)")
-    export.add_argument("--level", metavar="NAME", help="4x4 or h=0.1 (default: the finest of the budget)")
+    export.add_argument(
+        "--level",
+        metavar="NAME",
+        help='4x4 or h=0.1, or "4x4 conforming" where several levels are 4x4 (default: the finest of the budget in the '
+        "first ladder, which pages draw boldest)",
+    )
     cli.budget(export)
+    cli.changing(export)
     cli.working(export)
 
 
@@ -62,23 +73,32 @@ def _compare(options: argparse.Namespace) -> int:
 
 
 def _export(options: argparse.Namespace) -> int:
-    from compare import cli, export, study
+    from compare import cli, export, levels, study
 
-    scene = cli.with_companions(options.scene)[0]
-    levels = scene.ladder(options.solver, options.budget)
-    if options.level:
-        levels = [level for level in levels if study.level_name(level) == options.level]
-    if not levels:
-        named = ", ".join(dict.fromkeys(map(study.level_name, scene.ladder(options.solver)))) or "none"
-        raise cli.UsageError(
-            f"no such level of {options.solver} within the budget {options.budget}; the scene has {named}"
-        )
-    unit = study.unit(scene, None, options.solver, cli.SOLVERS[options.solver], levels[-1])
+    scene = cli.asked(options)[0]
+    level = _level(scene, options)
+    unit = study.unit(scene, None, options.solver, cli.SOLVERS[options.solver], level)
     folder = cli.writable(options.out / "results")
-    (entry,) = study.solve([unit], folder, reuse=not options.fresh)
+    (entry,) = study.solve([unit], folder, reuse=not options.fresh, any_size=options.any_size)
     if not entry.ok:
         cli.say_failures([entry])
         return cli.REFUSED
     export.write(entry.result, options.file)
-    print(f"{study.label(entry)}: {options.file}")
+    print(f"{scene.name}: {options.solver} {levels.full_name(level)}: {options.file}")
     return cli.OK
+
+
+def _level(scene: Scene, options: argparse.Namespace) -> Level:
+    """The level that is asked for, or the finest of the first ladder. Raises UsageError unless it is one."""
+    from compare import cli, levels
+
+    paid = scene.ladder(options.solver, options.budget)
+    found = levels.find(options.level, paid) if options.level else paid
+    if not found:
+        named = ", ".join(dict.fromkeys(levels.names(scene.ladder(options.solver)))) or "none"
+        raise cli.UsageError(
+            f"no such level of {options.solver} within the budget {options.budget}; the scene has {named}"
+        )
+    if options.level and len(found) > 1:
+        raise cli.UsageError(f"--level {options.level}: one of {len(found)} levels: {'; '.join(levels.names(found))}")
+    return levels.finest(found)

@@ -45,7 +45,7 @@ def _sweep(options: argparse.Namespace) -> int:
     folder = cli.writable(options.out / "results")
     with progress.shown() as report:
         every = [unit for _, _, units in asked for unit in units]
-        entries = study.solve(every, folder, options.jobs, report, reuse=not options.fresh)
+        entries = study.solve(every, folder, options.jobs, report, not options.fresh, any_size=options.any_size)
     rows, names, done = [], [], 0
     for _, scenes, units in asked:
         own = entries[done : done + len(units)]
@@ -101,7 +101,7 @@ def _unit(options: argparse.Namespace) -> int:
             f"{options.key}: no unit of {options.scene} within the budget {options.budget}; plan again"
         )
     folder = cli.writable(options.out / "results")
-    (entry,) = study.solve([units[options.key]], folder, reuse=not options.fresh)
+    (entry,) = study.solve([units[options.key]], folder, reuse=not options.fresh, any_size=options.any_size)
     print(f"{study.label(entry)}: {entry.status}")
     cli.say_failures([entry])
     return cli.OK if (folder / f"{options.key}.npz").exists() else cli.REFUSED

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from compare.treads import PREFIX
 
 if TYPE_CHECKING:
-    from compare.scene import Feature, Load, Material, Obstacle, Rim, Scene
+    from compare.scene import Feature, Level, Load, Material, Obstacle, Rim, Scene
     from compare.scene_parts import History
 
 SURFACES = {
@@ -160,19 +160,40 @@ def _vector(values: Sequence[float]) -> str:
 
 
 def _solver(scene: Scene, solver: str, levels: tuple, module: object) -> list[str]:
-    from compare.study import level_name
-    from compare.table import rule
+    from compare.levels import names
 
     estimates = [module.estimate(scene, level) for level in levels]
     lines = [f"{solver}, budget of each level in brackets"]
     for key, shown in (("modelled", "modelled"), ("left_out", "left out")):
         lines += [f"  {shown}: {text}" for text in dict.fromkeys(text for stated in estimates for text in stated[key])]
-    for level, stated in zip(levels, estimates, strict=True):
-        points = f", {rule(level)} points" if rule(level) else ""
-        most = "at most " if getattr(level, "error_per_step", None) else ""
-        step = "" if level.time_step is None else f"  step {most}{level.time_step:g} s"
+    width = max(map(len, names(levels)))
+    for name, level, stated in zip(names(levels), levels, estimates, strict=True):
         lines.append(
-            f"  {level_name(level):8}{stated['elements']:>8} elements{stated['unknowns']:>9} unknowns"
-            f"{stated['memory_mb']:>8.0f} MB{step}{points}  [{level.budget}]"
+            f"  {name:{width}}  {_cost(stated)}{_steps(level)}  [{level.budget}]{_excess(stated['memory_mb'])}"
         )
     return lines
+
+
+def _cost(stated: dict[str, Any]) -> str:
+    """Elements, unknowns and memory of a level."""
+    sizes = f"{stated['elements']:>8} elements  {stated['unknowns']:>8} unknowns"
+    return f"{sizes}  {stated['memory_mb']:>6.0f} MB"
+
+
+def _steps(level: Level) -> str:
+    """Time step and points of a level, where it has them."""
+    from compare.table import rule
+
+    most = "at most " if getattr(level, "error_per_step", None) else ""
+    step = "" if level.time_step is None else f"  step {most}{level.time_step:g} s"
+    return f"{step}, {rule(level)} points" if rule(level) else step
+
+
+def _excess(memory_mb: float) -> str:
+    """That a level needs more memory than there is, and whether it is refused for that."""
+    from compare import pool
+
+    if memory_mb <= pool.physical_mb():
+        return ""
+    refused = "; refused without --any-size" if pool.too_large(memory_mb) else ""
+    return f"  more than the {pool.physical_mb():.0f} MB of this machine{refused}"

@@ -1,4 +1,4 @@
-"""A result for ParaView: its surface with the displacement at the nodes, as VTU, VTK or XDMF."""
+"""A result for ParaView: its surface with displacement and stress at the nodes, as VTU, VTK or XDMF."""
 
 from __future__ import annotations
 
@@ -34,12 +34,15 @@ def write(result: Result, path: Path) -> None:
 
 
 def fields(result: Result) -> dict[str, np.ndarray]:
-    """Fields (n, 3) at the nodes: "displacement" in m, or each mode scaled to the largest displacement 1."""
+    """Fields at the nodes: "displacement" (n, 3) in m and, where the result has it, "von_mises" (n,) in Pa; or each
+    mode (n, 3) scaled to the largest displacement 1. No name has a space, which VTK does not allow.
+    """
     outline = result.outline
     if outline.modes is None:
-        return {"displacement": outline.displacement}
+        stress = {} if outline.stress is None else {"von_mises": outline.stress}
+        return {"displacement": outline.displacement, **stress}
     return {
-        f"mode {i} {hertz:.6g} Hz": mode
+        f"mode_{i}_{hertz:.6g}_Hz": mode
         for i, (hertz, mode) in enumerate(zip(result.frequencies, outline.modes, strict=True), 1)
     }
 
@@ -49,7 +52,8 @@ def xdmf(result: Result) -> str:
     points, triangles = np.asarray(result.outline.points), np.asarray(result.outline.triangles)
     name = html.escape(str(result.scene.get("name", "scene")))
     attributes = "\n".join(
-        f'<Attribute Name="{html.escape(title)}" AttributeType="Vector" Center="Node">\n'
+        f'<Attribute Name="{html.escape(title)}" AttributeType="{"Vector" if values.ndim == 2 else "Scalar"}" '
+        f'Center="Node">\n'
         f"{_item(values, 'Float', 8)}\n</Attribute>"
         for title, values in fields(result).items()
     )
@@ -64,6 +68,6 @@ def xdmf(result: Result) -> str:
 
 
 def _item(values: np.ndarray, kind: str, size: int) -> str:
-    rows = "\n".join(" ".join(map(repr, row)) for row in np.asarray(values).tolist())
+    rows = "\n".join(" ".join(map(repr, row)) for row in np.reshape(values, (len(values), -1)).tolist())
     shape = " ".join(map(str, np.shape(values)))
     return f'<DataItem Dimensions="{shape}" NumberType="{kind}" Precision="{size}" Format="XML">\n{rows}\n</DataItem>'

@@ -11,10 +11,12 @@ from urllib.parse import quote
 from compare.files import write_text
 from compare.history import asked_of, used
 from compare.report import Column, Link, Page, Section, Table, Text, render
+from compare.result import OK
 
 NAME = "index.html"
 COLUMNS = (
     Column("page", "page", "link"),
+    Column("study", "study"),
     Column("verdict", "verdict", "tag"),
     Column("judged", "met"),
     Column("worst", "nearest to its bar", "wrap"),
@@ -48,6 +50,8 @@ def page(folder: Path) -> Page:
         if rows
         else "No study has been run yet."
     )
+    broken = sum(row["failed"] > 0 for row in rows)
+    words += f" Runs failed in {broken}." if broken else ""
     table = Table("Studies", COLUMNS, rows, [NOTE, *unread])
     return Page("Groovecheck", LEAD, [Section("studies", "Studies", [Text([words]), table])], FOOTER)
 
@@ -61,10 +65,12 @@ def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     worst = max(parts, key=parts.get, default=None)
     label = content.get("notes", {}).get(worst, {}).get("label", worst)
     met = sum(bool(figure["met"]) for figure in asked)
-    html = path.with_suffix(".html")
+    html, runs = path.with_suffix(".html"), _runs(content)
     return {
         "page": Link(quote(html.name), str(content.get("title") or path.stem)),
-        "verdict": _verdict(asked),
+        "study": path.stem,
+        "verdict": _verdict(asked, runs),
+        "failed": len(runs) - sum(runs),
         "asked": len(asked),
         "met": met,
         "judged": f"{met} of {len(asked)}",
@@ -77,11 +83,18 @@ def _row(path: Path, content: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _verdict(asked: Sequence[dict[str, Any]]) -> str:
-    """One word for the figures of which something is asked; a figure that was not run lets no study be met."""
+def _runs(content: dict[str, Any]) -> list[bool]:
+    """Whether each run of a study that says so succeeded; the modes of a run, a row each, count once."""
+    rows = [row for row in content.get("rows") or () if row.get("mode") in (None, 1)]
+    return [row["status"] == OK for row in (*rows, *(content.get("sensitivity") or ())) if "status" in row]
+
+
+def _verdict(asked: Sequence[dict[str, Any]], runs: Sequence[bool]) -> str:
+    """One word for the figures of which something is asked; a figure that was not run lets no study be met. Of a study
+    that asks nothing, how many of its runs succeeded where some failed."""
     states = {figure.get("met") for figure in asked}
     if not states:
-        return "stated"
+        return "stated" if all(runs) else f"{sum(runs)} of {len(runs)} runs succeeded"
     return "missed" if False in states else "not all run" if None in states else "met"
 
 
@@ -89,6 +102,6 @@ LEAD = "How far a fast plate model can be trusted, and what it costs to be right
 NOTE = (
     "Met: judged figures within their bars, of all that are judged; not all run: some of them have no value in this "
     "budget, or their runs failed. Nearest to its bar: the judged figure that uses the largest part of it, "
-    "met up to 100 %. Stated: the study states figures and asks nothing of them."
+    "met up to 100 %. Stated: the study states figures and asks nothing of them, and all of its runs succeeded."
 )
 FOOTER = "A pass is evidence, not proof: each page says what it does not prove."

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 SHARE = 0.8  # of the machine's memory that workers may be expected to use together
+MARGIN = (
+    1.5  # a unit that is expected to need more than this part of the machine's memory is refused: estimates are rough
+)
 TAIL = 2000  # characters of a crashed worker's standard error that are kept
 
 Tell = Callable[[tuple[tuple[str, float], ...], float | None], None]
@@ -31,7 +34,8 @@ Tell = Callable[[tuple[tuple[str, float], ...], float | None], None]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a unit's worker ended: status None where a result was written, else "crashed: reason"."""
+    """How a unit's worker ended: status None where a result was written, else "crashed: reason", or "too_large: needs"
+    where none was started."""
 
     unit: Unit
     status: str | None
@@ -55,21 +59,25 @@ class Job:
         return min(max(self.said.get("fraction", 0.0), 0.0), 1.0)
 
 
-def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell) -> Iterator[Outcome]:
-    """Outcomes of the units as they end; results go to folder/<key>.npz. tell(running, seconds left) on changes."""
+def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell, any_size: bool = False) -> Iterator[Outcome]:
+    """Outcomes of the units as they end; results go to folder/<key>.npz. tell(running, seconds left) on changes.
+
+    any_size: units that the machine's memory is expected not to hold are started too, not refused.
+    """
     if not units:
         return
     folder.mkdir(parents=True, exist_ok=True)
     estimates = estimate(units, jobs)
     costs = {unit.key: _cost(unit, estimates.get(unit.key)) for unit in units}
     memory = {unit.key: estimates.get(unit.key, {}).get("memory_mb") or 0.0 for unit in units}
-    waiting = sorted(units, key=lambda unit: -costs[unit.key])
+    refused = [unit for unit in units if too_large(memory[unit.key]) and not any_size]
+    waiting = sorted((unit for unit in units if unit not in refused), key=lambda unit: -costs[unit.key])
     rates: dict[str, list[float]] = {}
 
     def next_task(running: list[Job]) -> tuple[Unit, Task] | None:
         used = sum(memory[job.about.key] for job in running)
         for unit in waiting:
-            if not running or used + memory[unit.key] <= SHARE * _physical_mb():
+            if not running or used + memory[unit.key] <= SHARE * physical_mb():
                 waiting.remove(unit)
                 return unit, Task(
                     "solve", unit.module, ((unit.scene, unit.level),), folder / f"{unit.key}.npz", jobs > 1
@@ -80,6 +88,9 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell) -> Iterator[Ou
         shown = tuple((job.about.label, job.fraction) for job in running)
         tell(shown, seconds_left(running, waiting, costs, rates, jobs))
 
+    for unit in refused:
+        yield _refused(unit, memory[unit.key])
+        show([])
     for job in work(next_task, jobs, show):
         rates.setdefault(job.about.solver, []).append((time.monotonic() - job.began) / costs[job.about.key])
         yield Outcome(job.about, *ending(job))
@@ -87,8 +98,6 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell) -> Iterator[Ou
 
 def estimate(units: list[Unit], jobs: int) -> dict[str, dict[str, Any]]:
     """The solvers' own estimates by key, one worker per solver; empty where a solver cannot tell."""
-    if len(units) < 2:
-        return {}
     modules = {unit.module: [other for other in units if other.module == unit.module] for unit in units}
     waiting = list(modules.items())
 
@@ -189,7 +198,20 @@ def _cost(unit: Unit, stated: dict[str, Any] | None) -> float:
     return steps * max((stated or {}).get("unknowns") or 1, 1) ** 1.3
 
 
-def _physical_mb() -> float:
+def too_large(memory_mb: float) -> bool:
+    """Whether a unit that is expected to need that much memory is refused on this machine."""
+    return memory_mb > MARGIN * physical_mb()
+
+
+def _refused(unit: Unit, memory_mb: float) -> Outcome:
+    """The outcome of a unit that is not started."""
+    status = f"too_large: needs about {memory_mb / 1024:,.0f} GiB of memory"
+    has = f"this machine has {physical_mb() / 1024:,.0f} GiB"
+    return Outcome(unit, status, f"{has}; a coarser level needs less, and --any-size starts it all the same")
+
+
+def physical_mb() -> float:
+    """The machine's memory in MiB."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") / 2**20
 
 

@@ -59,10 +59,10 @@ class Entry:
     """What became of a unit.
 
     variant: name of the sensitivity variant (`scene` is then the changed scene), AS_STATED for the
-    unchanged scene at that level, or None for a level of the ladder. result: None after a crash.
-    status: "ok", the solver's own name of a failure, or "crashed: ..." with the reason; message:
-    more about it. wall_seconds: least wall time of `repeats` runs in one process, without the start
-    of the process. fresh: solved now, not read from an earlier run. mode: which of the result's
+    unchanged scene at that level, or None for a level of the ladder. result: None without one.
+    status: "ok", the solver's own name of a failure, "crashed: ..." with the reason, or "too_large: ..." where it was
+    not started; message: more about it. wall_seconds: least wall time of `repeats` runs in one process, without the
+    start of the process. fresh: solved now, not read from an earlier run. mode: which of the result's
     frequencies, from 1, the entry stands for; None where it stands for the whole result.
     """
 
@@ -121,11 +121,13 @@ def solve(
     report: Callable[[Progress], None] = lambda progress: None,
     reuse: bool = True,
     timed: bool = False,
+    any_size: bool = False,
 ) -> list[Entry]:
     """Entries of the units, in their order; see `run`.
 
     timed: the units of the ladders, whose wall times a page compares, run alone after all others have ended; one
-    that an earlier run solved beside another is solved again.
+    that an earlier run solved beside another is solved again. any_size: also units that are expected to need far more
+    memory than the machine has.
     """
     sweep(folder)
     alone = {unit.key for unit in units if timed and unit.variant is None}
@@ -139,7 +141,9 @@ def solve(
     tell((), None)
     pending = [unit for key, unit in distinct.items() if key not in entries]
     together, single = ([unit for unit in pending if (unit.key in alone) is lone] for lone in (False, True))
-    for outcome in chain(pool.solve(together, folder, jobs, tell), pool.solve(single, folder, 1, tell)):
+    for outcome in chain(
+        pool.solve(together, folder, jobs, tell, any_size), pool.solve(single, folder, 1, tell, any_size)
+    ):
         entries[outcome.unit.key] = _finished(outcome, folder)
     return [_as(unit, entries[unit.key]) for unit in units]
 
@@ -224,10 +228,13 @@ def version(library: str) -> str | None:
 
 
 def label(about: Unit | Entry) -> str:
-    """Name of a unit or entry for people."""
+    """Name of a unit or entry for people; with its element where the scene's ladders have several."""
+    from compare.table import element, rule
+
     where = about.scene.name if about.variant is None else f"{about.scene.name}, {about.variant}"
-    points = "x".join(map(str, getattr(about.level, "points", ())))
-    return f"{where}: {about.solver} {level_name(about.level)}{points and f', {points} points'}"
+    points, several = rule(about.level), len({element(level) for level in about.scene.ladder("ancf")}) > 1
+    named = f" {element(about.level)}" if points and several else ""
+    return f"{where}: {about.solver} {level_name(about.level)}{named}{f', {points} points' if points else ''}"
 
 
 def level_name(level: Level) -> str:

@@ -3,14 +3,16 @@
 import json
 import xml.etree.ElementTree as ElementTree
 from dataclasses import replace
+from pathlib import Path
 
 import meshio
 import numpy as np
 import pytest
 import synthetic_study
 
-from compare import ci, export, gate
+from compare import ci, cli, export, gate
 from compare.formats import as_latex
+from compare.scene import load
 from compare.table import rows
 
 ODD = 'mesh <&> "2x2" | a_b \x1b'
@@ -80,10 +82,27 @@ def test_xdmf_holds_the_same_numbers(tmp_path, result):
         np.testing.assert_array_equal(read, known)
 
 
+def test_the_stress_of_a_surface_goes_with_it(tmp_path, result):
+    stress = np.linspace(0, 2e6, len(result.outline.points))
+    bent = replace(result, outline=replace(result.outline, stress=stress))
+    for suffix in (".vtu", ".vtk"):
+        export.write(bent, tmp_path / f"bent{suffix}")
+        np.testing.assert_allclose(meshio.read(tmp_path / f"bent{suffix}").point_data["von_mises"], stress, rtol=1e-15)
+    attribute = ElementTree.fromstring(export.xdmf(bent)).findall("Domain/Grid/Attribute")[1]
+    assert (attribute.get("Name"), attribute.get("AttributeType")) == ("von_mises", "Scalar")
+    assert attribute.find("DataItem").get("Dimensions") == str(len(stress))
+    np.testing.assert_array_equal(np.array(attribute.find("DataItem").text.split(), float), stress)
+
+
 def test_modes_are_a_field_each_and_what_cannot_be_exported_says_why(tmp_path, result):
     outline = replace(result.outline, modes=np.stack([result.outline.points] * 2))
     rings = replace(result, outline=outline, frequencies=np.array([1.5, 9.25]))
-    assert list(export.fields(rings)) == ["mode 1 1.5 Hz", "mode 2 9.25 Hz"]
+    assert list(export.fields(rings)) == ["mode_1_1.5_Hz", "mode_2_9.25_Hz"]
+    for suffix in (".vtu", ".vtk"):
+        export.write(rings, tmp_path / f"rings{suffix}")
+        read = meshio.read(tmp_path / f"rings{suffix}").point_data
+        assert list(read) == list(export.fields(rings))
+        np.testing.assert_allclose(read["mode_2_9.25_Hz"], outline.modes[1], rtol=0, atol=1e-15)
     with pytest.raises(export.ExportError, match=r"ends with one of \.vtu"):
         export.write(result, tmp_path / "plate.stl")
     with pytest.raises(export.ExportError, match="has no surface"):
@@ -98,3 +117,28 @@ def test_a_notebook_shows_the_answer_with_every_word_escaped(result):
     place = result.position("P")[-1]
     assert held["P at 1"] == f"({place[0]:.5f}, {place[1]:.5f}, {place[2]:.5f}) m" and held["status"] == "ok"
     assert json.dumps(held)
+
+
+@pytest.fixture
+def two_ladders(tmp_path, monkeypatch):
+    """A scene whose enriched and conforming ladders share a mesh; an exported file holds its element's name."""
+    levels = [{"mesh": mesh, "budget": "quick"} for mesh in ([4, 4], [8, 8])]
+    levels.append({"mesh": [8, 8], "element": "conforming", "budget": "quick"})
+    scene = load("cantilever").override({"ancf": {"time_step": 0.02, "levels": levels}}, "two")
+    monkeypatch.setattr(cli, "with_companions", lambda name: [scene])
+    monkeypatch.setattr(cli, "SOLVERS", {"ancf": "fake_solver", "reference": "fake_solver"})
+    monkeypatch.setattr(export, "write", lambda found, path: path.write_text(found.level["element"]))
+    monkeypatch.chdir(tmp_path)
+
+
+def test_export_takes_the_first_ladder_and_refuses_a_level_of_two(two_ladders, capsys):
+    scene, file = "two", Path("plate.vtu")
+    assert cli.main(["export", scene, str(file)]) == 0
+    assert capsys.readouterr().out == "two: ancf 8x8 enriched, 7x7x3 points: plate.vtu\n"
+    assert file.read_text() == "enriched"
+    assert cli.main(["export", scene, str(file), "--level", "8x8 conforming"]) == 0
+    assert file.read_text() == "conforming"
+    assert cli.main(["export", scene, str(file), "--level", "8x8"]) == 2
+    assert "--level 8x8: one of 2 levels: 8x8 enriched; 8x8 conforming" in capsys.readouterr().err
+    assert cli.main(["export", scene, str(file), "--level", "9x9"]) == 2
+    assert "the scene has 4x4, 8x8 enriched, 8x8 conforming" in capsys.readouterr().err

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from compare import cli, cli_gate, gate
+from compare import cli, cli_gate, export, gate, pool
+from compare.explain import _cost
 from compare.scene import SHIPPED
 from compare.table import KEYS
 
@@ -184,6 +185,23 @@ def test_set_of_anything_but_physics_keeps_the_study():
     assert changed[0].published == stated[0].published
 
 
+def test_every_command_on_one_scene_takes_the_same_change(plate, capsys, monkeypatch):
+    """What run has solved is reused by table and export, so that the three mean one scene."""
+    monkeypatch.setattr(export, "write", lambda result, path: path.write_text(result.scene["name"]))
+    change = [str(plate), "--set", "material.youngs_modulus=4.0e6"]
+    assert cli.main(["run", *change]) == 0
+    capsys.readouterr()
+    assert cli.main(["table", *change, "--format", "json"]) == 0
+    seen = capsys.readouterr()
+    assert [row["value"] for row in json.loads(seen.out)] == pytest.approx([-0.505, -0.50444444])
+    assert "0 units solved, 2 reused" in seen.err
+    kept = sorted(Path("reports/build/results").iterdir())
+    assert cli.main(["export", str(plate), "bent.vtu", *change[1:]]) == 0
+    assert Path("bent.vtu").read_text() == "plate_set" and sorted(Path("reports/build/results").iterdir()) == kept
+    assert cli.main(["explain", *change]) == 0
+    assert "material: St. Venant-Kirchhoff, E 4e+06 Pa" in capsys.readouterr().out
+
+
 WRONG = {
     "unknown scene": (["run", "nope"], "nope: no such scene"),
     "unknown command": (["jump"], "invalid choice"),
@@ -217,6 +235,30 @@ def test_explain_says_what_is_modelled_left_out_and_what_it_costs(plate, capsys)
         assert text in seen
     assert "load: point, (0, 0, -50) N at (1, 1), constant" in seen
     assert "plate: rectangle, x 0 to 1 and y 0 to 1 m, 0.05 m thick" in seen
+
+
+def test_explain_marks_what_the_machine_does_not_hold(plate, capsys, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", f"huge {1 / 3:g}")
+    assert cli.main(["explain", str(plate)]) == 0
+    fits, huge = [line for line in capsys.readouterr().out.splitlines() if "unknowns " in line]
+    assert "MB of this machine" not in fits and huge.endswith(" MB of this machine; refused without --any-size")
+    monkeypatch.setattr(pool, "physical_mb", lambda: 0.7)
+    assert cli.main(["explain", str(plate), "--budget", "quick"]) == 0
+    assert capsys.readouterr().out.endswith("  more than the 1 MB of this machine\n")
+
+
+def test_numbers_of_explain_are_apart_however_large():
+    stated = {"elements": 3134918128, "unknowns": 13793639763, "memory_mb": 326612357.0}
+    assert _cost(stated) == "3134918128 elements  13793639763 unknowns  326612357 MB"
+
+
+def test_a_level_beyond_the_memory_exits_1_and_any_size_solves_it(plate, capsys, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", f"huge {1 / 3:g}")
+    assert cli.main(["run", str(plate)]) == 1
+    seen = capsys.readouterr().err
+    assert "[1/2] plate: ancf 3x3, 7x7x3 points too_large: needs about 1,000 GiB of memory" in seen
+    assert "1 units solved, 0 reused" in seen and "GiB; a coarser level needs less" in seen
+    assert cli.main(["run", str(plate), "--any-size"]) == 0
 
 
 def test_scenes_lists_every_shipped_scene_with_its_title(capsys):

@@ -231,6 +231,23 @@ def test_a_figure_that_was_not_run_lets_no_study_be_met(tmp_path, met, word):
     assert trend.section([record]).blocks[-1].rows[0]["met"] == row["judged"]
 
 
+def test_the_index_tells_studies_of_one_title_apart_and_hides_no_failed_run(tmp_path):
+    """The modes of one run are rows of their own, but one run."""
+    failed = {"mode": None, "status": "newton_diverged"}
+    rows = [{"mode": mode, "status": "ok"} for mode in (None, 1, 2, 3)]
+    studies = {"good": (rows, []), "odd": ([*rows, failed], []), "varied": (rows, [failed]), "old": (None, None)}
+    for name, (own, varied) in studies.items():
+        content = {"figures": {}, "provenance": {}, "rows": own, "sensitivity": varied}
+        report.write(tmp_path, name, report.Page("A plate", "x", []), content)
+    words, table = index.page(tmp_path).sections[0].blocks
+    assert {row["study"]: row["verdict"] for row in table.rows} == {
+        **{"good": "stated", "odd": "2 of 3 runs succeeded"},
+        **{"varied": "2 of 3 runs succeeded", "old": "stated"},
+    }
+    assert words.paragraphs[0].endswith(" Runs failed in 2.")
+    assert ">varied<" in report.render(index.page(tmp_path))
+
+
 @pytest.mark.parametrize("name", ["../outside", "/tmp/outside", "a/b", "..", "", "x\ny", ".hidden"])
 def test_a_scene_writes_outside_no_folder(name):
     """Its name is the name of files."""

@@ -128,9 +128,41 @@ def test_crashes_are_entries_and_the_others_finish(tmp_path, monkeypatch):
 
 def test_units_that_would_not_fit_into_memory_run_one_at_a_time(tmp_path, monkeypatch):
     most = []
-    monkeypatch.setattr(study.pool, "_physical_mb", lambda: 1.5)  # two units of 1 MB exceed the share of it
+    monkeypatch.setattr(study.pool, "physical_mb", lambda: 1.5)  # two units of 1 MB exceed the share of it
     study.run([small((2, 3))], FAKE, "quick", tmp_path, report=lambda state: most.append(len(state.running)))
     assert max(most) == 1
+
+
+def test_a_unit_far_beyond_the_memory_is_refused_at_once_and_the_others_run(tmp_path, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", "huge 0.25")
+    first = []
+    entries = study.run([small((2, 4, 3))], FAKE, "quick", tmp_path, report=lambda state: first.extend(state.finished))
+    assert [entry.status for entry in entries] == ["ok", "too_large: needs about 1,000 GiB of memory", "ok"]
+    assert "this machine has" in entries[1].message and entries[1].result is None
+    assert first[0].key == entries[1].key
+
+
+def test_a_lone_unit_is_refused_too_unless_any_size_is_asked_for(tmp_path, monkeypatch):
+    monkeypatch.setenv("FAKE_SOLVER", "huge 0.25")
+    units = study.plan([small((4,))], FAKE, "quick")
+    assert study.solve(units, tmp_path)[0].status.startswith("too_large")
+    assert study.solve(units, tmp_path, any_size=True)[0].ok
+
+
+def test_an_estimate_beyond_the_memory_by_less_than_its_own_error_is_not_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(study.pool, "physical_mb", lambda: 0.7)  # a unit is expected to need 1 MB
+    assert study.run([small()], FAKE, "quick", tmp_path)[0].ok
+
+
+def test_a_label_names_the_element_where_the_ladders_have_several():
+    two = {"time_step": 0.02, "levels": [{"mesh": [2, 2]}, {"mesh": [2, 2], "element": "conforming"}]}
+    units = study.plan([small(ancf=two, sizes=(0.4,))], FAKE, "full")
+    assert [unit.label for unit in units] == [
+        "cantilever: ancf 2x2 enriched, 7x7x3 points",
+        "cantilever: ancf 2x2 conforming, 7x7x3 points",
+        "cantilever: reference h=0.4",
+    ]
+    assert study.plan([small()], FAKE, "full")[0].label == "cantilever: ancf 2x2, 7x7x3 points"
 
 
 def test_titles_and_budgets_do_not_invalidate_but_physics_and_levels_do():

@@ -6,7 +6,9 @@ import json
 import pytest
 
 from compare.scene import BUDGETS, SceneError, load, names, parse
-from tests.compare.scene_changes import CANTILEVER, GROOVED
+from tests.compare.scene_changes import CANTILEVER, GROOVED, RUBBER, changed
+
+CONFORMING = {"ancf.levels.0.element": "conforming"}
 
 
 @pytest.mark.parametrize("name", names())
@@ -122,3 +124,27 @@ def test_elements_and_their_least_points_are_those_of_the_solver():
     assert set(get_args(AncfLevel.model_fields["element"].annotation)) == set(FAMILY)
     least = {name: shape.least_points for name, shape in FAMILY.items() if shape.least_points != (1, 1, 1)}
     assert least == LEAST_POINTS
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"supports.0.edge": "x1"},
+        {"supports": [{"kind": "clamp", "edge": "y0"}, {"kind": "symmetry", "edge": "x0", "normal": "X"}]},
+        {"supports": [{"kind": "hold", "whole": True, "components": ["Y"]}, {"kind": "clamp", "edge": "y1"}]},
+        {"supports.0.edge": "y0", "ancf.levels.0.fit": [0.5], "grooves.0.extent": [0.3, 1.0]},
+        {"supports.0.edge": "y0", "ancf.levels.0.integration": "global"},
+        {"supports.0.edge": "y0", "material": RUBBER, "ancf.levels.0.integrator": "trapezoidal"},
+        {"supports.0.edge": "y0", "ancf.levels.0.points": [5, 4, 3]},
+        {"material": RUBBER, **CONFORMING, "ancf.levels.0.points": [2, 2, 2], "ancf.levels.0.volumetric": "reduced"},
+    ],
+)
+def test_levels_with_just_enough_points_are_taken_by_the_solver(changes):
+    """One element across from x0 to x1; what the scene's checks let pass, `ancf.system` does too."""
+    from ancf.unpack import build
+
+    own = {f"ancf.levels.0.{key}": value for key, value in {"mesh": [1, 2], "points": [4, 4, 3]}.items()}
+    data = changed({**own, "ancf.levels.0.element": "enriched", **changes})
+    data["ancf"]["levels"] = data["ancf"]["levels"][:1]
+    scene = parse({key: value for key, value in data.items() if key not in ("published", "sensitivity")}, "my.toml")
+    assert build(scene, scene.ancf.levels[0]).system.unknowns > 0

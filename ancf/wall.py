@@ -267,10 +267,9 @@ def _walls_beyond(mesh: Mesh, own: Band, like: Sequence[Band], at: float, outwar
     the next groove that is as deep; that of a protrusion at its other edge."""
     lines = (mesh.x_lines, mesh.y_lines)[1 - own.across]
     for band in like if own.sign == GROOVE else [own]:
-        first, last = band.limits(1 - own.across)
         begins, ends = floor_edges(band)[::outward]
         place = begins if own.sign == GROOVE else ends
-        if first <= lines[0] and lines[-1] <= last and outward * (place - at) > 0:
+        if _spans(band, lines[0], lines[-1]) and outward * (place - at) > 0:
             yield place
 
 
@@ -280,9 +279,14 @@ def _columns(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: fl
     whole = np.zeros(len(lines) - 1, dtype=bool)
     for band in bands:
         if (row, at) in _crossed(mesh, band, across):
-            first, last = band.limits(1 - across)
-            whole |= (lines[:-1] >= first) & (lines[1:] <= last)
+            whole |= _spans(band, lines[:-1], lines[1:])
     return whole
+
+
+def _spans(band: Band, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether a band has all of the sides from `low` to `high` on its own axis, but for a hair."""
+    (first, last), hair = band.limits(band.along), HAIR * (high - low)
+    return (first <= low + hair) & (high - hair <= last)
 
 
 def _sides(mesh: Mesh, across: int, row: int, columns: np.ndarray) -> Iterator[tuple[int, int, int]]:

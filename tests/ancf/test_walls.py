@@ -328,7 +328,21 @@ def test_where_there_are_walls():
 
     assert places(Band(TOP, GROOVE, 0, (0.2 + 1e-4, 0.3), 0.02)) == [(x, 0.3) for x in lines[0]]
     assert places(Band(TOP, GROOVE, 0, (0.25, 0.6), 0.02, (0.1, 0.8))) == [(0.5, 0.25)]
+    assert places(Band(TOP, GROOVE, 0, (0.25, 0.6), 0.02, (0.1, np.nextafter(0.75, 0)))) == [(0.5, 0.25)]
     assert places(Band(TOP, GROOVE, 1, (0.3, 0.6), 0.02)) == [(x, y) for x in (0.3, 0.6) for y in lines[1]]
+
+
+def test_lips_end_at_the_next_groove_though_it_ends_by_round_off_before_the_plate():
+    """Its length is that of the plate but for a last digit: the lips of the first groove are the same."""
+
+    def lips(last):
+        mesh = grid(*SMALL, None, FAMILY["enriched"])
+        bands = (TWO[0], Band(TOP, GROOVE, 0, (0.06, 0.11), 0.02, (0.0, last)))
+        return [wall.lip for shape, _ in with_walls(mesh, bands, THICKNESS).special.values() for wall in shape.walls]
+
+    whole = lips(0.25)
+    assert any(lip is not None for lip in whole)
+    assert lips(np.nextafter(0.25, 0)) == whole
 
 
 def test_a_closed_ring_has_no_seam_in_its_walls():

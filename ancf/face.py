@@ -15,12 +15,13 @@ import numpy as np
 import scipy.sparse as sp
 
 from ancf.assembly import Assembly, MixedAssembly
+from ancf.feature import covers, depth_at, depth_slopes
 from ancf.functional import interpolation
 from ancf.mesh import Cell, Mesh
 from ancf.quadrature import gauss, onto_cell, tensor
-from ancf.subdomain import BOTTOM, Feature, face_rule, signature, thickness_range
+from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, Feature, face_rule, signature, thickness_range
 
-SHIFT = 1e-6  # of the thickness: difference that the slope of a face is taken from
+SHIFT = 1e-6  # of the thickness: difference that the slope of a floor is taken from
 
 
 class Some(NamedTuple):
@@ -125,11 +126,11 @@ def face(
 
 class _Profile(NamedTuple):
     """What elements share that see the same of the bands: points (q, 3) from the element's corner, their weights dx dy
-    (q,), and the slopes (q,) of the face's height along x and y."""
+    (q,), and the slopes (2, q) of the face's height along x and y."""
 
     points: np.ndarray
     weights: np.ndarray
-    slopes: list[np.ndarray]
+    slopes: np.ndarray
 
 
 def _profile(cell: Cell, bands: Sequence[Feature], thickness: float, counts, side: int, integration: str) -> _Profile:
@@ -154,14 +155,18 @@ def _share(mesh: Mesh, e: int, profile: _Profile) -> np.ndarray:
     return profile.weights * np.linalg.norm(np.cross(along_x, along_y), axis=1)
 
 
-def _slopes(bands: Sequence[Feature], thickness: float, x: np.ndarray, y: np.ndarray, side: int) -> list[np.ndarray]:
-    """Slopes (q,) of the face's height along x and y by central differences."""
-    h = SHIFT * thickness
-    height = [
-        [thickness_range(bands, thickness, x + sign * dx, y + sign * dy)[side != BOTTOM] for sign in (1, -1)]
-        for dx, dy in ((h, 0.0), (0.0, h))
-    ]
-    return [(ahead - behind) / (2 * h) for ahead, behind in height]
+def _slopes(bands: Sequence[Feature], thickness: float, x: np.ndarray, y: np.ndarray, side: int) -> np.ndarray:
+    """Slopes (2, q) of the face's height along x and y: at each point those of the depth of what the face is there, the
+    deepest groove, or without one the highest protrusion. Walls beside it have no part in them."""
+    slopes = np.zeros((2, len(x)))
+    for sign in (PROTRUSION, GROOVE):
+        greatest = np.zeros(len(x))
+        for band in (band for band in bands if (band.face, band.sign) == (side, sign)):
+            depth = np.where(covers(band, x, y), depth_at(band, x, y), 0.0)
+            own = depth > greatest
+            greatest[own] = depth[own]
+            slopes[:, own] = side * sign * depth_slopes(band, x[own], y[own], SHIFT * thickness)
+    return slopes
 
 
 def _padded(rows: sp.csr_matrix, element: np.ndarray, vectors: Sequence[np.ndarray]) -> tuple[np.ndarray, ...]:

@@ -29,9 +29,9 @@ def thickness_range(
     GeometryError where nothing is left.
     """
     at = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    covers = [_covers(band, *at) for band in bands]
+    covered = [covers(band, *at) for band in bands]
     depths = [depth_at(band, *at) for band in bands]
-    z_min, z_max = faces(bands, thickness, covers, depths)
+    z_min, z_max = faces(bands, thickness, covered, depths)
     shape = np.broadcast_shapes(at[0].shape, at[1].shape)
     return np.broadcast_to(z_min, shape), np.broadcast_to(z_max, shape)
 
@@ -51,7 +51,7 @@ def faces(bands: Sequence[Feature], thickness: float, covers: Sequence, depths: 
     return z[BOTTOM], z[TOP]
 
 
-def _covers(band: Feature, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def covers(band: Feature, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Whether points lie on the band."""
     if isinstance(band, Outlined):
         return band.covers(x, y)
@@ -61,6 +61,34 @@ def _covers(band: Feature, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 def depth_at(band: Feature, x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Depth (m) of the band at points that it covers."""
     return band.depth_at(x, y) if isinstance(band, Outlined) else section_depth(band, (x, y)[band.across])
+
+
+def depth_slopes(band: Feature, x: np.ndarray, y: np.ndarray, shift: float) -> np.ndarray:
+    """Slopes (2, q) of the band's depth along x and y at points that it covers, by differences over `shift` on both
+    sides of each as far as its depth is defined there."""
+    slopes, at = np.zeros((2, len(x))), np.stack([x, y])
+    for axis in _varies_along(band):
+        ends = [at.copy(), at.copy()]
+        for end, step in zip(ends, (-shift, shift), strict=True):
+            end[axis] = np.clip(end[axis] + step, *_defined(band, axis))
+        behind, ahead = ends
+        slopes[axis] = (depth_at(band, *ahead) - depth_at(band, *behind)) / (ahead - behind)[axis]
+    return slopes
+
+
+def _varies_along(band: Feature) -> tuple[int, ...]:
+    """The axes along which a band's depth is not constant."""
+    if not band.is_curved:
+        return ()
+    return (0, 1) if isinstance(band, Outlined) else (band.across,)
+
+
+def _defined(band: Feature, axis: int) -> Interval:
+    """Where a depth that varies along an axis is defined."""
+    if not isinstance(band, Outlined):
+        return band.limits(axis)
+    knots = band.depth.knots[axis]
+    return float(knots[0]), float(knots[-1])
 
 
 def relevant(cell: Cell, bands: Sequence[Feature]) -> list[Feature]:

@@ -160,7 +160,7 @@ def with_walls(mesh: Mesh, bands: Sequence[Feature], thickness: float | None = N
     own: dict[int, list[tuple[Wall, tuple]]] = {}
     after: dict[tuple, tuple[int, tuple[str, ...]]] = {}
     for across in (0, 1):
-        for row, at in sorted({place for band in bands for place in _crossed(mesh, band, across)}):
+        for row, at in _places(mesh, bands, across):
             columns, lip = _columns(mesh, bands, across, row, at), _lip(mesh, bands, across, row, at, thickness)
             for reached in _rows(mesh, across, row, lip):
                 for e, side, line in _sides(mesh, across, reached, columns):
@@ -211,8 +211,8 @@ def wall_sides(mesh: Mesh, bands: Sequence[Feature]) -> list[Band]:
     as thick for one, and would take those on both sides of a wall."""
     if not any(isinstance(band, Outlined) for band in bands) or not _walled(mesh):
         return []
-    own = {(band.along, place) for band in bands for axis in (0, 1) for _, place in _crossed(mesh, band, axis)}
-    return [Band(TOP, PROTRUSION, along, (place, math.inf), 0.0) for along, place in sorted(own)]
+    own = [(1 - across, place) for across in (1, 0) for _, place in _places(mesh, bands, across)]
+    return [Band(TOP, PROTRUSION, along, (place, math.inf), 0.0) for along, place in own]
 
 
 def _walled(mesh: Mesh) -> bool:
@@ -228,9 +228,29 @@ def _crossed(mesh: Mesh, band: Feature, across: int) -> Iterator[tuple[int, floa
             yield row, at
 
 
+def _places(mesh: Mesh, bands: Sequence[Feature], across: int) -> list[tuple[int, float]]:
+    """Row and place of each wall on an axis; those of several bands that a hair of the element parts are one."""
+    found: list[tuple[int, float]] = []
+    for row, at in sorted(place for band in bands for place in _crossed(mesh, band, across)):
+        if not found or not _is_at(mesh, across, (row, at), *found[-1]):
+            found.append((row, at))
+    return found
+
+
+def _is_at(mesh: Mesh, across: int, place: tuple[int, float], row: int, at: float) -> bool:
+    """Whether a wall's `place` is (row, at), but for a hair of the element."""
+    low, high = (mesh.x_lines, mesh.y_lines)[across][row : row + 2]
+    return place[0] == row and abs(place[1] - at) <= HAIR * (high - low)
+
+
+def _ending_at(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: float) -> list[Band]:
+    """The bands that have a wall at a place."""
+    return [band for band in bands if any(_is_at(mesh, across, own, row, at) for own in _crossed(mesh, band, across))]
+
+
 def _lip(mesh: Mesh, bands, across: int, row: int, at: float, thickness: float | None) -> Lip | None:
     """The lip of a wall, its end by parameter; None without thickness, without room, and where bands overlap."""
-    own = [band for band in bands if (row, at) in _crossed(mesh, band, across)]
+    own = _ending_at(mesh, bands, across, row, at)
     if thickness is None or len(own) > 1:
         return None
     (band,) = own
@@ -267,10 +287,9 @@ def _walls_beyond(mesh: Mesh, own: Band, like: Sequence[Band], at: float, outwar
     the next groove that is as deep; that of a protrusion at its other edge."""
     lines = (mesh.x_lines, mesh.y_lines)[1 - own.across]
     for band in like if own.sign == GROOVE else [own]:
-        first, last = band.limits(1 - own.across)
         begins, ends = floor_edges(band)[::outward]
         place = begins if own.sign == GROOVE else ends
-        if first <= lines[0] and lines[-1] <= last and outward * (place - at) > 0:
+        if _spans(band, lines[0], lines[-1]) and outward * (place - at) > 0:
             yield place
 
 
@@ -278,11 +297,15 @@ def _columns(mesh: Mesh, bands: Sequence[Feature], across: int, row: int, at: fl
     """Whether a wall runs the whole length of each element of its row (n,)."""
     lines = (mesh.x_lines, mesh.y_lines)[1 - across]
     whole = np.zeros(len(lines) - 1, dtype=bool)
-    for band in bands:
-        if (row, at) in _crossed(mesh, band, across):
-            first, last = band.limits(1 - across)
-            whole |= (lines[:-1] >= first) & (lines[1:] <= last)
+    for band in _ending_at(mesh, bands, across, row, at):
+        whole |= _spans(band, lines[:-1], lines[1:])
     return whole
+
+
+def _spans(band: Band, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Whether a band has all of the sides from `low` to `high` on its own axis, but for a hair."""
+    (first, last), hair = band.limits(band.along), HAIR * (high - low)
+    return (first <= low + hair) & (high - hair <= last)
 
 
 def _sides(mesh: Mesh, across: int, row: int, columns: np.ndarray) -> Iterator[tuple[int, int, int]]:

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice, pairwise
 
-from compare.scene import Analysis, Level, Region, Scene, names
+from compare.scene import Analysis, AncfLevel, Feature, Interval, Level, Outlined, Region, Scene, names
 from compare.scene_errors import SceneError
-from compare.scene_geometry import AXES, all_bands, band_problems, material_range, off_plane, surface_problems
-from compare.scene_parts import History
+from compare.scene_geometry import AXES, all_bands, band_problems, limits, material_range, off_plane, surface_problems
+from compare.scene_parts import History, Support
 from compare.scene_revolved import seam_problems
 from compare.scene_rim_checks import rim_problems
 from compare.scene_symmetry import symmetry_problems
@@ -26,6 +26,7 @@ TIMELESS = {
 TAKEN = ("index", "sweep", "speed", "hard_cases", "integration", "plate_drop", "tire", "tire_solids")  # by other pages
 CLAMPED = "this edge is already clamped by {first}"
 LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
+SHARED = 0.01  # of the thickness: edges this near to an end of the plate share its grid line
 
 
 def problems(scene: Scene) -> Iterator[str]:
@@ -345,9 +346,13 @@ def _bent(key: str, history: History, until: float) -> Iterator[str]:
 def _points(scene: Scene) -> Iterator[str]:
     for key, level in _levels(scene):
         least = _least_points(scene, level)
-        if any(count < few for count, few in zip(getattr(level, "points", least), least, strict=True)):
+        points = getattr(level, "points", least)
+        if any(count < few for count, few in zip(points, least, strict=True)):
             reason = f"the {level.element} element deforms without energy below {list(least)}"
-            yield f"{key}.points = {list(level.points)}: {reason}; state that or more, or another element"
+            yield f"{key}.points = {list(points)}: {reason}; state that or more, or another element"
+        if getattr(level, "volumetric", None) == "reduced" and min(points) < 2:
+            reason = "volumetric = 'reduced' takes one point fewer each way, and none would be left"
+            yield f"{key}.points = {list(points)}: {reason}; state 2 or more each way"
 
 
 def _unloaded(scene: Scene) -> Iterator[str]:
@@ -358,15 +363,48 @@ def _unloaded(scene: Scene) -> Iterator[str]:
 
 
 def _least_points(scene: Scene, level: Level) -> tuple[int, int, int]:
-    """Gauss points that the level's element needs; one more across elements between two edges without support."""
+    """Gauss points that the level's element needs; one more across elements between two free edges, which have a layer
+    of svk on each."""
     least = LEAST_POINTS.get(getattr(level, "element", ""), (1, 1, 1))
-    if least == (1, 1, 1) or level.integration == "global":
+    if least == (1, 1, 1) or level.integration == "global" or scene.material.kind != "svk":
         return least
-    held = {getattr(support, "edge", None) for support in scene.supports} | set(scene.rim.edges if scene.rim else ())
-    between = (
-        level.mesh[k] == 1 and level.fit is None and not {f"{axis}0", f"{axis}1"} & held for k, axis in enumerate("xy")
-    )
+    free = _free_edges(scene)
+    between = ({f"{axis}0", f"{axis}1"} <= free and not _is_divided(scene, level, k) for k, axis in enumerate(AXES))
     return tuple(few + more for few, more in zip(least, (*between, 0), strict=True))
+
+
+def _free_edges(scene: Scene) -> set[str]:
+    """Edges of the plate along which nothing holds the director; a line of its middle or a corner does not."""
+    held = set(scene.rim.edges if scene.rim else ())
+    for support in scene.supports:
+        if support.kind != "hold" or support.over == "face":
+            held |= {f"{axis}{end}" for axis in AXES for end in "01"} if _is_whole(support) else {support.edge}
+    return {f"{axis}{end}" for axis in AXES[scene.surface.closed :] for end in "01"} - held
+
+
+def _is_whole(support: Support) -> bool:
+    return support.kind == "hold" and support.whole
+
+
+def _is_divided(scene: Scene, level: AncfLevel, axis: int) -> bool:
+    """Whether there is more than one element along an axis, for lines of the mesh or those that `fit` adds at edges.
+
+    Edges within SHARED of the thickness of the plate's ends add none; on a curved plate, whose length is not looked up
+    here, those within as much of the whole side are not relied on.
+    """
+    if level.mesh[axis] > 1 or level.fit is None:
+        return level.mesh[axis] > 1
+    if any(surface_problems(scene)) or any(band_problems(scene)):
+        return True  # refused for these, which may have no edges
+    first, last = scene.surface.span[axis]
+    apart = SHARED * (scene.thickness if scene.surface.kind == "rectangle" else last - first)
+    edges = (edge for _, band in all_bands(scene) for edge in _ends(scene, band, axis))
+    return any(first + apart < edge < last - apart for edge in edges)
+
+
+def _ends(scene: Scene, band: Feature, axis: int) -> Interval:
+    """Least and greatest coordinate of a feature on an axis."""
+    return band.limits(axis) if isinstance(band, Outlined) else limits(scene, band, axis)
 
 
 def _is_multiple(value: float, unit: float) -> bool:

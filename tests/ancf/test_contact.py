@@ -159,6 +159,29 @@ def test_points_in_a_round_dimple_lie_on_its_floor(make_body):
     assert own.share.sum() == pytest.approx(1.2 * 0.6, rel=1e-12)
 
 
+@pytest.mark.parametrize("angle", [1e-7, 1e-5])
+def test_walls_beside_a_point_have_no_part_in_its_area(make_body, angle):
+    """A flat floor within an outline turned by a hair, whose walls pass points at less than any difference, is as large
+    as what it is cut from."""
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    corners = np.array([[-0.3, -0.1], [0.3, -0.1], [0.3, 0.1], [-0.3, 0.1], [-0.3, -0.1]]) @ turn.T + [0.6, 0.3]
+    square = Curve(1, [0, 0, 1, 2, 3, 4, 4], corners)
+    _, own = faced(make_body, bands=(Outlined(BOTTOM, GROOVE, square, 0.02),))
+    assert own.share.sum() == pytest.approx(1.2 * 0.6, rel=1e-12)
+
+
+def test_a_leaning_floor_beside_its_walls_has_one_slope():
+    """One grid over elements whose middle points lie on walls: their slope is that of the floor, 0.02 m over 0.3 m."""
+    section = Curve(1, [0, 0, 1, 1], [[0.15, 0.01], [0.45, 0.03]])
+    bands = [Band(BOTTOM, GROOVE, 0, (0.15, 0.45), section)]
+    mesh = grid(np.linspace(0.0, 1.2, 3), np.linspace(0.0, 0.6, 3), None, FAMILY["enriched"])
+    for cell in mesh.cells:
+        profile = _profile(cell, bands, THICKNESS, (3, 3), BOTTOM, "global")
+        y = profile.points[:, 1] + cell[1][0]
+        inside = (y > 0.15 - 1e-12) & (y < 0.45 + 1e-12)
+        np.testing.assert_allclose(profile.slopes, [0.0 * y, np.where(inside, 0.02 / 0.3, 0.0)], atol=1e-8)
+
+
 def test_area_of_the_faces_of_a_quarter_cylinder(make_body):
     """Radius 1 m at the middle, 0.5 m long: the two faces have 0.975 and 1.025 of its area."""
     areas = sorted(faced(make_body, "curved", side)[1].share.sum() for side in (BOTTOM, TOP))

@@ -328,7 +328,37 @@ def test_where_there_are_walls():
 
     assert places(Band(TOP, GROOVE, 0, (0.2 + 1e-4, 0.3), 0.02)) == [(x, 0.3) for x in lines[0]]
     assert places(Band(TOP, GROOVE, 0, (0.25, 0.6), 0.02, (0.1, 0.8))) == [(0.5, 0.25)]
+    assert places(Band(TOP, GROOVE, 0, (0.25, 0.6), 0.02, (0.1, np.nextafter(0.75, 0)))) == [(0.5, 0.25)]
     assert places(Band(TOP, GROOVE, 1, (0.3, 0.6), 0.02)) == [(x, y) for x in (0.3, 0.6) for y in lines[1]]
+
+
+def test_lips_end_at_the_next_groove_though_it_ends_by_round_off_before_the_plate():
+    """Its length is that of the plate but for a last digit: the lips of the first groove are the same."""
+
+    def lips(last):
+        mesh = grid(*SMALL, None, FAMILY["enriched"])
+        bands = (TWO[0], Band(TOP, GROOVE, 0, (0.06, 0.11), 0.02, (0.0, last)))
+        return [wall.lip for shape, _ in with_walls(mesh, bands, THICKNESS).special.values() for wall in shape.walls]
+
+    whole = lips(0.25)
+    assert any(lip is not None for lip in whole)
+    assert lips(np.nextafter(0.25, 0)) == whole
+
+
+@pytest.mark.parametrize("element", ["enriched", "conforming"])
+def test_walls_that_round_off_parts_are_one(element):
+    """Grooves that end at 0.3 and begin at the next number: as many vectors as where both say 0.3, and no mode of
+    hardly any energy."""
+
+    def made(place):
+        bands = (Band(BOTTOM, GROOVE, 0, (0.1, 0.3), 0.02), Band(TOP, GROOVE, 0, (place, 0.45), 0.01))
+        mesh = with_walls(grid(np.array([0.0, 0.5]), np.array([0.0, 1.0]), None, FAMILY[element]), bands, THICKNESS)
+        return body(mesh, bands, THICKNESS, SVK, 2000.0, (5, 5, 3))
+
+    one, other = made(0.3), made(np.nextafter(0.3, 1))
+    assert len(other.mesh.vectors) == len(one.mesh.vectors)
+    (value, expected) = (np.linalg.eigvalsh(dense(acting(plate), plate.mesh.vectors)) for plate in (other, one))
+    np.testing.assert_allclose(value, expected, atol=1e-9 * expected.max())
 
 
 def test_a_closed_ring_has_no_seam_in_its_walls():

@@ -10,7 +10,9 @@ import pytest
 from compare import index, scene_checks
 from compare.scene import BUDGETS, SceneError, load, names, parse
 from reports import sweep
-from tests.compare.scene_changes import CANTILEVER, GROOVED
+from tests.compare.scene_changes import CANTILEVER, GROOVED, RUBBER, changed
+
+CONFORMING = {"ancf.levels.0.element": "conforming"}
 
 
 @pytest.mark.parametrize("name", names())
@@ -134,3 +136,27 @@ def test_no_scene_takes_the_name_of_a_page_or_of_an_accepted_table_that_is_not_i
     pages = set(re.findall(r"reports/build/(\w+)\.html", (root / "Makefile").read_text()))
     tables = {path.stem for path in (root / "reports" / "baselines").glob("*.json")} - set(names())
     assert {"index", "sweep", "tire"} < pages | tables | {Path(index.NAME).stem, sweep.NAME} <= set(scene_checks.TAKEN)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"supports.0.edge": "x1"},
+        {"supports": [{"kind": "clamp", "edge": "y0"}, {"kind": "symmetry", "edge": "x0", "normal": "X"}]},
+        {"supports": [{"kind": "hold", "whole": True, "components": ["Y"]}, {"kind": "clamp", "edge": "y1"}]},
+        {"supports.0.edge": "y0", "ancf.levels.0.fit": [0.5], "grooves.0.extent": [0.3, 1.0]},
+        {"supports.0.edge": "y0", "ancf.levels.0.integration": "global"},
+        {"supports.0.edge": "y0", "material": RUBBER, "ancf.levels.0.integrator": "trapezoidal"},
+        {"supports.0.edge": "y0", "ancf.levels.0.points": [5, 4, 3]},
+        {"material": RUBBER, **CONFORMING, "ancf.levels.0.points": [2, 2, 2], "ancf.levels.0.volumetric": "reduced"},
+    ],
+)
+def test_levels_with_just_enough_points_are_taken_by_the_solver(changes):
+    """One element across from x0 to x1; what the scene's checks let pass, `ancf.system` does too."""
+    from ancf.unpack import build
+
+    own = {f"ancf.levels.0.{key}": value for key, value in {"mesh": [1, 2], "points": [4, 4, 3]}.items()}
+    data = changed({**own, "ancf.levels.0.element": "enriched", **changes})
+    data["ancf"]["levels"] = data["ancf"]["levels"][:1]
+    scene = parse({key: value for key, value in data.items() if key not in ("published", "sensitivity")}, "my.toml")
+    assert build(scene, scene.ancf.levels[0]).system.unknowns > 0

@@ -4,6 +4,8 @@ import pytest
 
 from tests.compare.scene_changes import GONE, HOLD, MOMENT, PATH, RUBBER, STATIC, arched, refusals
 
+HINGE = {"kind": "hold", "edge": "x0", "components": ["X", "Y", "Z"], "over": "middle"}
+ONE_ACROSS = {"ancf.levels.0.element": "enriched", "ancf.levels.0.mesh": [1, 4], "ancf.levels.0.points": [4, 4, 3]}
 KEYS = {
     "unknown key": ({"thikness": 0.05}, "thikness = 0.05: unknown key"),
     "unknown key below": ({"grooves.0.width": 0.1}, "grooves.0.width = 0.1: unknown key"),
@@ -63,6 +65,22 @@ KEYS = {
     ),
     "name of the index": ({"name": "index"}, "name = 'index': a page or an accepted table that is no scene's has this"),
     "name of a study": ({"name": "tire"}, "name = 'tire': a page or an accepted table that is no scene's has this"),
+    "too few points between a hinge and a free edge": (
+        {"supports": [{"kind": "clamp", "edge": "y0"}, HINGE], **ONE_ACROSS},
+        "ancf.levels.0.points = [4, 4, 3]: the enriched element deforms without energy below [5, 4, 3]",
+    ),
+    "too few points where fit adds no line": (
+        {"supports.0.edge": "y0", **ONE_ACROSS, "ancf.levels.0.fit": [0.5]},
+        "ancf.levels.0.points = [4, 4, 3]: the enriched element deforms without energy below [5, 4, 3]",
+    ),
+    "too few points where a line would stand on the edge": (
+        {"supports.0.edge": "y0", **ONE_ACROSS, "ancf.levels.0.fit": [0.5], "grooves.0.extent": [4e-4, 1.0]},
+        "ancf.levels.0.points = [4, 4, 3]: the enriched element deforms without energy below [5, 4, 3]",
+    ),
+    "no points left of few": (
+        {"material": RUBBER, "ancf.levels.0.points": [3, 3, 1], "ancf.levels.0.volumetric": "reduced"},
+        "ancf.levels.0.points = [3, 3, 1]: volumetric = 'reduced' takes one point fewer each way",
+    ),
     "schema of the future": ({"schema_version": 2}, "schema_version = 2: must be 1"),
 }
 ACTS = {

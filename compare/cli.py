@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import importlib.metadata
 import importlib.util
 import inspect
 import signal
@@ -99,6 +100,7 @@ def parser() -> argparse.ArgumentParser:
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
+    made.add_argument("--version", action="version", version=f"%(prog)s {importlib.metadata.version('groovecheck')}")
     commands = made.add_subparsers(title="commands", metavar="COMMAND", required=True)
 
     run = add(commands, "run", _run, "solve a scene, print its table, write its page and JSON")

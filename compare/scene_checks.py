@@ -155,11 +155,8 @@ def _elements(scene: Scene) -> Iterator[str]:
 
 
 def _supports(scene: Scene) -> Iterator[str]:
-    clamped = {}
-    for i, support in enumerate(scene.supports):
-        if support.kind == "clamp":
-            yield from _repeated([*clamped.items(), (f"supports.{i}.edge", support.edge)], CLAMPED)
-            clamped[f"supports.{i}.edge"] = support.edge
+    clamped = {f"supports.{i}.edge": clamp.edge for i, clamp in enumerate(scene.supports) if clamp.kind == "clamp"}
+    yield from _repeated(clamped.items(), CLAMPED)
     for i, support in enumerate(scene.supports):
         if support.kind != "clamp" and support.edge in clamped.values():
             first = next(key for key, edge in clamped.items() if edge == support.edge)

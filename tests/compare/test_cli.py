@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -297,6 +298,13 @@ def test_help_loads_nothing_heavy_and_shows_examples_units_and_exit_codes():
     assert loaded == []
     for text in ("examples:", "exit codes:", "metres", "groovecheck check cantilever"):
         assert text in done.stdout
+
+
+def test_the_version_is_that_of_the_installed_package(capsys):
+    with pytest.raises(SystemExit) as end:
+        cli.main(["--version"])
+    assert end.value.code == 0
+    assert capsys.readouterr().out == f"groovecheck {version('groovecheck')}\n"
 
 
 def test_a_refused_scene_loads_nothing_heavy_and_shows_no_traceback(tmp_path):

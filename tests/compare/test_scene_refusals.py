@@ -315,6 +315,13 @@ def test_a_wrong_scene_is_refused(changes, expected):
     assert len(found) <= 2, found
 
 
+def test_an_edge_clamped_twice_is_told_once_among_any_number_of_clamps():
+    clamps = [{"kind": "clamp", "edge": edge} for edge in ("x0", "x0", "y0", "y1")]
+    assert refusals({"supports": clamps}) == [
+        "my.toml: supports.1.edge = 'x0': this edge is already clamped by supports.0.edge"
+    ]
+
+
 def test_all_problems_are_told_at_once():
     keys = refusals({"thickness": -1, "grooves.0.depth": "deep", "probes.0.at": [1, 1]})
     assert len(keys) == 3

@@ -162,7 +162,7 @@ def correct(
 
 def _too_slow(norm: float, last: float, tolerance: float, patience: float) -> bool:
     """Whether a residual that has come from `last` to `norm` needs more than `patience` iterations like that."""
-    return not norm < last or math.log(tolerance / norm) < patience * math.log(norm / last)
+    return not norm < last or (norm > tolerance and math.log(tolerance / norm) < patience * math.log(norm / last))
 
 
 def approach(system: System, solver: LinearSolver, q: np.ndarray, problem: Problem) -> Correction:

@@ -8,6 +8,8 @@ from ancf.material import SaintVenantKirchhoff
 from ancf.mesh import Mesh
 from ancf.outline import Facets
 
+THINNEST = 0.1  # of the thickness: what a stretched plate is taken to keep at least
+
 
 def von_mises(mesh: Mesh, facets: Facets, vectors: np.ndarray, material: SaintVenantKirchhoff) -> np.ndarray:
     """Von Mises stress (n,) in Pa of the Cauchy stress at the facets' points; vectors (v, 3): the deformed plate.
@@ -18,6 +20,10 @@ def von_mises(mesh: Mesh, facets: Facets, vectors: np.ndarray, material: SaintVe
 
         S_ab = 2 lam mu / (lam + 2 mu) E_cc delta_ab + 2 mu E_ab,   E_33 = -lam / (lam + 2 mu) E_cc,
         sigma = S_ab F_a F_b / J,   J = |F_1 x F_2| sqrt(1 + 2 E_33)
+
+    Beyond E_cc = (lam + 2 mu) / (2 lam), 0.61 at nu = 0.45, no thickness is left at which S_33 = 0: a St.
+    Venant-Kirchhoff solid resists being pressed flat ever less. From THINNEST of the thickness on J is that of
+    THINNEST, so that the stress stays a number and grows on with E_ab.
     """
     reference, deformed = _gradients(mesh, facets, mesh.vectors, vectors)
     t = _along(reference)
@@ -26,7 +32,7 @@ def von_mises(mesh: Mesh, facets: Facets, vectors: np.ndarray, material: SaintVe
     lam, mu = material.lame, material.shear
     trace = np.trace(E, axis1=1, axis2=2)
     S = 2 * lam * mu / (lam + 2 * mu) * trace[:, None, None] * np.eye(2) + 2 * mu * E
-    stretch = np.sqrt(1 - 2 * lam / (lam + 2 * mu) * trace)
+    stretch = np.sqrt(np.maximum(1 - 2 * lam / (lam + 2 * mu) * trace, THINNEST**2))
     J = np.linalg.norm(np.cross(F[:, :, 0], F[:, :, 1]), axis=1) * stretch
     sigma = np.einsum("qab,qia,qjb->qij", S, F, F) / J[:, None, None]
     deviator = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)

@@ -118,6 +118,23 @@ def test_a_turned_bar_has_no_stress(solver):
     assert stress.max() < 1e-9 * asked.material.youngs_modulus
 
 
+def test_a_plate_stretched_alike_both_ways_has_stress_over_stretch_until_no_thickness_is_left():
+    """S = E e / (1 - nu), e = (s^2 - 1) / 2, over the stretch of the thickness, sqrt(1 - 4 nu e / (1 - nu));
+    beyond e = 0.306, where it has none for nu = 0.45, over a tenth."""
+    from ancf.outline import facets
+    from ancf.stress import von_mises
+    from ancf.unpack import build, material_of
+
+    nu, asked = 0.45, load_scene("cantilever").override({"material.poissons_ratio": 0.45})
+    model = build(asked, asked.ancf.levels[0])
+    surface = facets(model.mesh, model.bands, asked.thickness)
+    for s in (1.05, 1.2, 1.27, 1.5):
+        e = (s**2 - 1) / 2
+        left = np.sqrt(max(1 - 4 * nu / (1 - nu) * e, 0.01))
+        stress = von_mises(model.mesh, surface, model.mesh.vectors * [s, s, 1], material_of(asked))
+        np.testing.assert_allclose(stress, asked.material.youngs_modulus * e / (1 - nu) / left, rtol=1e-9)
+
+
 def test_it_is_told_only_where_it_is_asked_for(tmp_path):
     quiet = solved(scene(tmp_path, PULL, surface_stress=False), "ancf")
     assert quiet.outline.stress is None

@@ -6,7 +6,18 @@ import pytest
 from ancf.functional import mean_over_edge, value_at
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import spread
-from ancf.newton import DIVERGED, INVERTED, NOT_FINITE, OK, SINGULAR, Factor, equilibrium
+from ancf.newton import (
+    DIVERGED,
+    INVERTED,
+    NOT_FINITE,
+    OK,
+    SINGULAR,
+    Balance,
+    Factor,
+    Problem,
+    correct,
+    equilibrium,
+)
 from ancf.supports import clamp
 from ancf.system import system
 
@@ -146,6 +157,20 @@ def test_band_is_as_narrow_as_the_shorter_side(make_body, element, nx, ny):
     nodes = min(nx, ny) + 1
     line, first, last = (7 * nodes - 1, 7, 5) if element == "enriched" else (4 * nodes, 4, 4)
     assert LinearSolver(acting.assembly.pattern).bandwidth == 3 * (line + first + last) - 1
+
+
+def test_a_step_that_leaves_nothing_at_all_is_the_last(make_body):
+    """rest - q with the tangent 1, from q = 0: it is zero to the last digit, also where factors are reused."""
+    acting = pulled(make_body, (0, 0, 0))
+    free, pattern, rest = acting.assembly.free, acting.assembly.pattern, acting.body.mesh.vectors.ravel()
+    one = np.zeros(len(pattern.indices))
+    one[pattern.indptr[:-1]] = 1.0  # the diagonal begins a column
+    problem = Problem(lambda q, more: Balance((rest - q)[free], 1e-9), lambda q, more: one)
+    start = rest.copy()
+    start[free] = 0.0
+    found = correct(acting, LinearSolver(pattern), start, problem, reuse=True)
+    assert (found.status, found.iterations) == (OK, 1)
+    assert np.array_equal(found.q, rest)
 
 
 def test_a_factor_learns_what_a_step_did():

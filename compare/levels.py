@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from compare.scene import Level
 from compare.study import level_name
-from compare.table import element, rule
+from compare.table import element, fineness, kind, rule
 
 NAMED = {"mesh", "size", "points", "element", "fit", "enrich", "walls", "budget"}  # in the first words, or no matter
 
@@ -23,9 +23,8 @@ def full_name(level: Level) -> str:
 
 
 def finest(levels: Sequence[Level]) -> Level:
-    """The last level of the first ladder, which pages draw boldest: of those with the first one's element and rule."""
-    first = element(levels[0]), rule(levels[0])
-    return [level for level in levels if (element(level), rule(level)) == first][-1]
+    """The finest level of the first ladder, which pages draw boldest."""
+    return max((level for level in levels if kind(level) == kind(levels[0])), key=fineness)
 
 
 def find(name: str, levels: Sequence[Level]) -> list[Level]:

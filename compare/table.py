@@ -85,11 +85,12 @@ def kind(level: Level) -> dict[str, Any]:
 
 def coarse_first(entries: Iterable[Entry]) -> list[Entry]:
     """The levels of a series from the coarsest to the finest, in whatever order they are stated."""
+    return sorted(entries, key=lambda entry: fineness(entry.level))
 
-    def fineness(entry: Entry) -> float:
-        return math.prod(entry.level.mesh) if hasattr(entry.level, "mesh") else -entry.level.size
 
-    return sorted(entries, key=fineness)
+def fineness(level: Level) -> float:
+    """A number that grows along the levels of a series."""
+    return math.prod(level.mesh) if hasattr(level, "mesh") else -level.size
 
 
 def convergences(entries: list[Entry]) -> list[Convergence]:

@@ -100,11 +100,14 @@ def _bands(scene: Scene, plan: _Plan) -> Iterator[Markup]:
             extent = band.extent or (plan.x if band.along == "x" else plan.y)
             box = (extent, band.edges) if band.along == "x" else (band.edges, extent)
             yield plan.box(*box, stroke)
-            x, y = plan.place(*(sum(side) / 2 for side in box))
+            (x0, x1), (y0, y1) = box
+            up = NAMED_AT if band.along == "y" else 0.5  # away from the names of bands that cross it
+            x, y = plan.place((x0 + x1) / 2, y0 + up * (y1 - y0))
         if not band.name.startswith(PREFIX):
             yield _text(x, y + 4, f"{band.name} ({band.face})")
 
 
+NAMED_AT = 0.8  # of a band along y
 OUTWARD = {"x0": (-9.0, 9.0), "x1": (9.0, 9.0), "y0": (9.0, 9.0), "y1": (9.0, -9.0)}
 
 

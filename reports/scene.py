@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from compare.report import Bullets, Page, Section, Text, write
-from compare.scene import Scene
-from compare.study import Entry, level_name
+from compare.scene import BUDGETS, Scene
+from compare.study import AS_STATED, Entry, level_name
 from compare.table import answer, error, farther, finest_reference, quantity, unit
 from compare.verdict import Figure, stated
 from reports import probes, sections, split, third
@@ -78,7 +78,7 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
         sections.table_section(entries, rows),
         pictures.result(),
         Section("limits", "What agreement does not prove", [Bullets(limits(entries))], "Not proven"),
-        sections.provenance_section(entries, commands(scene), about),
+        sections.provenance_section(entries, commands(scene, paid(entries)), about),
     ]
     lead = f"{scene.source}. " if scene.source else ""
     lead += "Two independent solvers on one stated question."
@@ -86,16 +86,24 @@ def publish(scene: Scene, entries: Sequence[Entry], rows: Sequence[dict[str, Any
     return write(folder, scene.name, page, found)
 
 
-def commands(scene: Scene) -> list[tuple[str, str]]:
-    """What to type to see the numbers again."""
+def commands(scene: Scene, budget: str) -> list[tuple[str, str]]:
+    """What to type to see the numbers again, with the budget where it is not the default one."""
+    spent = "" if budget == "standard" else f" --budget {budget}"
     return [
         (
-            f"groovecheck run {scene.name}",
+            f"groovecheck run {scene.name}{spent}",
             "this page (give a scene of your own by its path)",
         ),
-        (f"groovecheck table {scene.name} --format json", "every row with full digits"),
-        (f"groovecheck explain {scene.name}", "what is modelled and what is left out"),
+        (f"groovecheck table {scene.name}{spent} --format json", "every row with full digits"),
+        (f"groovecheck explain {scene.name}{spent}", "what is modelled and what is left out"),
     ]
+
+
+def paid(entries: Sequence[Entry]) -> str:
+    """The least budget that pays for both solvers' entries: their levels, and variants where there are some."""
+    levels = [entry.level.budget for entry in entries if entry.variant is None and entry.solver in NAMES]
+    variants = [entry.scene.sensitivity.budget for entry in entries if entry.variant == AS_STATED]
+    return max(levels + variants, key=BUDGETS.index)
 
 
 def limits(entries: Sequence[Entry]) -> list[str]:

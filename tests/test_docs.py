@@ -15,7 +15,7 @@ import pytest
 
 import compare.convergence
 import reports.speed_curves
-from compare import cli
+from compare import cli, result
 from compare.scene import load
 
 ROOT = Path(__file__).parents[1]
@@ -26,6 +26,17 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 def test_the_examples_of_the_library_run():
     found = doctest.testfile(str(ROOT / "docs" / "library.md"), module_relative=False, optionflags=doctest.ELLIPSIS)
     assert found.attempted > 15 and found.failed == 0
+
+
+def test_the_table_of_a_results_file_has_every_array_that_one_may_hold():
+    """A cell names `part.first` and then `.second` of the same part."""
+    text = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    cells = [re.findall(r"`([\w.]+)`", line.split("|")[1]) for line in text.splitlines() if line.startswith("| `")]
+    told = {f"{cell[0].partition('.')[0]}{name}" if name.startswith(".") else name for cell in cells for name in cell}
+    kept = {*result.ARRAYS, *result.OPTIONAL}
+    kept |= {f"{part}.{name}" for part, (_, names) in result.PARTS.items() for name in names}
+    kept |= {f"energy.{kind}" for kind in ("kinetic", "strain", "external", "contact", "dissipated")}
+    assert told == kept
 
 
 @pytest.mark.parametrize("module", [compare.convergence, reports.speed_curves], ids=lambda module: module.__name__)

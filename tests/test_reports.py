@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 
@@ -86,3 +87,18 @@ def test_any_scene_is_published(solved, tmp_path):
     page, content = publish(scene, scenes[1], alone, tmp_path)
     assert "Cantilever plate without grooves" in page
     assert len(content["rows"]) == 3 and len(content["convergence"]) == 2
+    assert "groovecheck run cantilever_plain<" in page
+
+
+def test_the_commands_of_a_page_name_the_budget_that_its_runs_need(solved):
+    stated, entries = solved
+    levels = [entry for entry in entries if entry.variant is None]
+    quick = [replace(entry, level=entry.level.model_copy(update={"budget": "quick"})) for entry in levels]
+    assert scene.paid(quick) == "quick" and scene.paid([*quick, *levels]) == "standard"
+    varied = replace(quick[0], variant=study.AS_STATED, scene=load("cantilever"))
+    assert scene.paid([*quick, varied]) == load("cantilever").sensitivity.budget == "standard"
+    assert [typed for typed, _ in scene.commands(stated[0], "quick")] == [
+        "groovecheck run cantilever --budget quick",
+        "groovecheck table cantilever --budget quick --format json",
+        "groovecheck explain cantilever --budget quick",
+    ]

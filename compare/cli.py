@@ -204,8 +204,12 @@ def _table(options: argparse.Namespace) -> int:
 
 def _explain(options: argparse.Namespace) -> int:
     from compare.explain import explain
+    from compare.scene_geometry import too_thick
 
-    print("\n".join(explain(asked(options)[0], options.budget, SOLVERS)))
+    scene = asked(options)[0]
+    print("\n".join(explain(scene, options.budget, SOLVERS)))
+    if words := too_thick(scene):
+        print(f"\nwarning: {words}")
     return OK
 
 
@@ -318,7 +322,11 @@ def solved(
     if scenes[0].study != ALONE["study"]:
         exhibit(scenes[0])  # a wrong one is told before anything is solved
     from compare import progress, study, table
+    from compare.scene_geometry import too_thick
 
+    for scene in scenes:
+        if words := too_thick(scene):
+            print(f"warning: {scene.name}: {words}", file=sys.stderr)
     folder = writable(options.out / "results")
     with progress.shown() as report:
         units = [*study.plan(scenes, solvers, budget), *others]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import islice, pairwise
+from itertools import pairwise
 
 from compare.scene import Analysis, AncfLevel, Feature, Interval, Level, Outlined, Region, Scene, names
 from compare.scene_errors import SceneError
@@ -23,6 +23,10 @@ TIMELESS = {
     "probes": "told by their frequencies and have no height",
     "published": "told by their frequencies, published values are heights",
 }
+STEPLESS = (
+    ("error_per_step", None, "statics adds no error per step"),
+    ("integrator", "trapezoidal", "statics has no motion to integrate"),
+)
 TAKEN = ("index", "sweep", "speed", "hard_cases", "integration", "plate_drop", "tire", "tire_solids")  # by other pages
 CLAMPED = "this edge is already clamped by {first}"
 LEAST_POINTS = {"enriched": (4, 4, 3)}  # of elements that deform without energy below them
@@ -180,8 +184,9 @@ def _obstacles(scene: Scene) -> Iterator[str]:
         for name in ("stick_stiffness", "stick_damping"):
             if getattr(obstacle, name) is not None and obstacle.friction == 0:
                 yield f"{key}.{name} = {getattr(obstacle, name):g}: nothing sticks without friction; leave this out"
-        if scene.analysis.kind == "static" and obstacle.damping:
-            yield f"{key}.damping = {obstacle.damping:g}: statics has no velocity; leave this out"
+        for name in ("damping", "stick_damping") if scene.analysis.kind == "static" else ():
+            if getattr(obstacle, name):
+                yield f"{key}.{name} = {getattr(obstacle, name):g}: statics has no velocity; leave this out"
         if getattr(scene.analysis, "follow", "load") == "arc-length":
             yield f"{key}: an arc length follows dead loads only; state analysis.follow = 'load'"
 
@@ -278,13 +283,13 @@ def _initial(scene: Scene) -> Iterator[str]:
 def _times(scene: Scene) -> Iterator[str]:
     levels = list(_levels(scene))
     yield from (f"{key}.time_step: this key is missing" for key, level in levels if level.time_step is None)
+    if scene.analysis.kind == "static":
+        yield from _steps_of_statics(levels)
     if scene.analysis.follow == "arc-length":
         return
     until, every = scene.analysis.until, scene.analysis.every
     if not _is_multiple(until, every):
         yield f"analysis.until = {until:g}: not a whole multiple of analysis.every = {every:g}"
-    if scene.analysis.kind == "static":
-        yield from islice(_estimated_statics(scene), 1)
     steps = {}  # of the levels with one time step the first is named
     for key, level in levels:
         if level.time_step is not None:
@@ -294,10 +299,12 @@ def _times(scene: Scene) -> Iterator[str]:
             yield f"{key}.time_step = {step:g}: analysis.every = {every:g} is not a whole multiple of it"
 
 
-def _estimated_statics(scene: Scene) -> Iterator[str]:
-    for key, level in _levels(scene):
-        if getattr(level, "error_per_step", None):
-            yield f"{key}.error_per_step = {level.error_per_step:g}: statics adds no error per step; leave this out"
+def _steps_of_statics(levels: Sequence[tuple[str, Level]]) -> Iterator[str]:
+    """What levels state of steps in time, which statics does not take; of the levels the first is named."""
+    for name, nothing, reason in STEPLESS:
+        stated = [(key, getattr(level, name, nothing)) for key, level in levels]
+        first = [(key, value) for key, value in stated if value != nothing][:1]
+        yield from (f"{key}.{name} = {_plain(value)}: {reason}; leave this out" for key, value in first)
 
 
 def _path(scene: Scene) -> Iterator[str]:

@@ -6,6 +6,7 @@ SciPy takes half a second to load, so only a curved profile loads it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -17,6 +18,7 @@ from compare.scene_revolved import edge_of_ring, revolved_problems
 
 SAMPLES = 513  # of each knot span of a profile
 LEAST_MATERIAL = 1e-6  # of the thickness, that a groove must leave; a sampled depth is this exact
+THICK = 0.5  # of the shorter side: a thickness above it is told
 ROUND_OFF = 1e-12  # of a length
 ROUND_OFF_PLANE = 1e-9  # of a length: control points are typed with ten digits and more
 AXES = ("x", "y")
@@ -89,6 +91,26 @@ def plane_of(scene: Scene, edge: str, normal: str) -> tuple[float, float]:
         return surface.span["xy".index(edge[0])][int(edge[1])], max(surface.length, surface.width)
     S, *_ = edge_of_ring(surface, edge, SAMPLES) if surface.kind == "revolved" else _edge_of(surface, edge)
     return float(S[:, "XYZ".index(normal)].mean()), float(np.abs(S).max())
+
+
+def sides(scene: Scene) -> tuple[float, float]:
+    """Lengths (m) of the mid-surface along x and along y: of the longer one of the two edges that run there."""
+    surface = scene.surface
+    if surface.kind == "rectangle":
+        return surface.length, surface.width
+    of = partial(edge_of_ring, surface, samples=SAMPLES) if surface.kind == "revolved" else partial(_edge_of, surface)
+    edges = {edge: np.diff(of(edge)[0], axis=0) for edge in ("x0", "x1", "y0", "y1")}
+    length = {edge: float(np.linalg.norm(steps, axis=1).sum()) for edge, steps in edges.items()}
+    return max(length["y0"], length["y1"]), max(length["x0"], length["x1"])
+
+
+def too_thick(scene: Scene) -> str | None:
+    """Words on a thickness that is beyond a plate's, perhaps for being in millimetres; None where it is not."""
+    shorter = min(sides(scene))
+    if scene.thickness <= THICK * shorter:
+        return None
+    reason = f"above {THICK:g} of the shorter side, {shorter:.4g} m; lengths are in metres"
+    return f"thickness = {scene.thickness:g}: {reason}"
 
 
 def _size(patch: NurbsPatch) -> float:

@@ -12,7 +12,7 @@ from compare.study import AS_STATED, Entry, level_name
 from compare.table import answer, error, farther, finest_reference, quantity, unit
 from compare.verdict import Figure, stated
 from reports import probes, sections, split, third
-from reports.ladders import Ladder, band_words, by_mode, ladders, page_content, scenes
+from reports.ladders import NAMES, Ladder, band_words, by_mode, ladders, page_content, scenes
 
 
 def figures(entries: Sequence[Entry]) -> list[Figure]:

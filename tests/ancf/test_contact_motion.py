@@ -34,7 +34,7 @@ def plate(obstacle=None, analysis=None, level=None, **more):
         "element": "conforming",
         "mesh": [1, 1],
         "points": [4, 4, 3],
-        "integrator": "energy-momentum",
+        "integrator": "energy-momentum" if told["analysis"]["kind"] == "dynamic" else "trapezoidal",
         "time_step": 0.01,
     }
     told["ancf"] = {"levels": [own | (level or {})]}

@@ -262,6 +262,20 @@ def test_a_level_beyond_the_memory_exits_1_and_any_size_solves_it(plate, capsys,
     assert cli.main(["run", str(plate), "--any-size"]) == 0
 
 
+def test_a_thickness_beyond_a_plates_is_told_and_solved(plate, capsys):
+    """Millimetres for metres, by the plate's key; the answer goes where it went."""
+    told = "thickness = 10: above 0.5 of the shorter side, 1 m; lengths are in metres"
+    plate.write_text(plate.read_text().replace("thickness = 0.05", "thickness = 10.0"))
+    assert cli.main(["explain", str(plate)]) == 0
+    assert capsys.readouterr().out.endswith(f"\nwarning: {told}\n")
+    assert cli.main(["run", str(plate), "--budget", "quick"]) == 0
+    seen = capsys.readouterr()
+    assert seen.err.count(f"warning: plate: {told}\n") == 1 and "warning" not in seen.out
+    plate.write_text(plate.read_text().replace("thickness = 10.0", "thickness = 0.5"))
+    assert cli.main(["table", str(plate)]) == 0
+    assert "warning" not in capsys.readouterr().err
+
+
 def test_scenes_lists_every_shipped_scene_with_its_title(capsys):
     assert cli.main(["scenes"]) == 0
     seen = capsys.readouterr().out

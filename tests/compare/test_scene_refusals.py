@@ -6,6 +6,7 @@ from tests.compare.scene_changes import GONE, HOLD, MOMENT, PATH, RUBBER, STATIC
 
 HINGE = {"kind": "hold", "edge": "x0", "components": ["X", "Y", "Z"], "over": "middle"}
 ONE_ACROSS = {"ancf.levels.0.element": "enriched", "ancf.levels.0.mesh": [1, 4], "ancf.levels.0.points": [4, 4, 3]}
+GROUND = {"name": "ground", "shape": {"kind": "plane"}, "stiffness": 1e6}
 KEYS = {
     "unknown key": ({"thikness": 0.05}, "thikness = 0.05: unknown key"),
     "unknown key below": ({"grooves.0.width": 0.1}, "grooves.0.width = 0.1: unknown key"),
@@ -251,6 +252,26 @@ REST = {
     "allowed error in statics": (
         {"analysis.kind": "static", "reference.error_per_step": 1e-5},
         "reference.levels.0.error_per_step = 1e-05: statics adds no error per step",
+    ),
+    "integrator in statics": (
+        {"analysis.kind": "static", "ancf.levels.0.integrator": "energy-momentum"},
+        "ancf.levels.0.integrator = 'energy-momentum': statics has no motion to integrate",
+    ),
+    "integrator of the reference in statics": (
+        {"analysis.kind": "static", "reference.integrator": "generalized-alpha"},
+        "reference.levels.0.integrator = 'generalized-alpha': statics has no motion to integrate",
+    ),
+    "integrator of a path": (
+        {**PATH, "loads.0.history": [[0, 0], [1, 1]], "ancf.levels.0.integrator": "energy-momentum"},
+        "ancf.levels.0.integrator = 'energy-momentum': statics has no motion to integrate",
+    ),
+    "damping in statics": (
+        {"analysis.kind": "static", "obstacles": [{**GROUND, "damping": 2.0}]},
+        "obstacles.0.damping = 2: statics has no velocity",
+    ),
+    "damping of stick in statics": (
+        {"analysis.kind": "static", "obstacles": [{**GROUND, "friction": 0.5, "stick_damping": 2.0}]},
+        "obstacles.0.stick_damping = 2: statics has no velocity",
     ),
     "no allowed error": ({"reference.error_per_step": 0.0}, "reference.error_per_step = 0.0: must be greater than 0"),
     "time step of the sensitivity": (

@@ -1,8 +1,10 @@
 """Wrong grooves and mid-surfaces are refused; unusual ones, and other unusual scenes, are allowed."""
 
+import numpy as np
 import pytest
 
-from compare.scene import parse
+from compare.scene import load, parse
+from compare.scene_geometry import sides, too_thick
 from tests.compare.scene_changes import CURVED, GONE, MOMENT, arched, band, changed, profile, refusals
 
 BANDS = {
@@ -209,3 +211,12 @@ def test_opposite_curved_grooves_may_be_deep_at_different_places():
     other = {**arched(0.03), "name": "other", "face": "top"}
     other["profile"] = {**other["profile"], "control_points": beside}
     parse(changed({"grooves": [arched(0.03), other], "sensitivity": GONE}), "my.toml")
+
+
+def test_a_thickness_is_measured_by_the_lengths_of_a_curved_plate():
+    """A quarter of a cylinder of radius 1 m, 0.5 m long; half a tire whose beads have a radius of 1.2545 m."""
+    assert sides(load("cylinder_panel")) == pytest.approx((0.5, np.pi / 2), rel=1e-5)
+    assert sides(load("falling_tire"))[0] == pytest.approx(1.2545 * np.pi, rel=1e-5)
+    thick = parse(changed({"thickness": 0.3, "grooves": []}, CURVED), "my.toml")
+    assert too_thick(thick) == "thickness = 0.3: above 0.5 of the shorter side, 0.5 m; lengths are in metres"
+    assert too_thick(load("cylinder_panel")) is None

@@ -19,6 +19,7 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 Interval = tuple[float, float]
+Place = tuple[float, float, float]
 SAME = 1e-7  # of a length: what is nearer is the same place
 
 
@@ -131,8 +132,8 @@ Feature = Band | Outlined
 class Plate:
     """The solid in box coordinates (m): 0 <= x <= length, 0 <= y <= width, |z| <= thickness / 2.
 
-    regions ((x0, x1), (y0, y1)), lines (x, y) through the thickness, and middles are imprinted: straight lines
-    ((x, y), (x, y)) at z = 0, points where both ends are one. closed: the faces x = 0 and x = length are one seam.
+    regions ((x0, x1), (y0, y1)), lines (x, y) through the thickness, and marks are imprinted: straight lines
+    ((x, y, z), (x, y, z)), points where both ends are one. closed: the faces x = 0 and x = length are one seam.
     """
 
     length: float
@@ -142,7 +143,7 @@ class Plate:
     protrusions: tuple[Feature, ...] = ()
     regions: tuple[tuple[Interval, Interval], ...] = ()
     lines: tuple[tuple[float, float], ...] = ()
-    middles: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = ()
+    marks: tuple[tuple[Place, Place], ...] = ()
     closed: bool = False
 
 
@@ -324,8 +325,8 @@ def _imprint(gmsh: ModuleType, plate: Plate, bodies: list[tuple[int, int]]) -> l
     for x, y in [*plate.lines, *_beyond_seam(plate)]:
         line = [(1, occ.addLine(occ.addPoint(x, y, -reach), occ.addPoint(x, y, reach)))]
         tools += occ.intersect(line, bodies, removeObject=True, removeTool=False)[0]
-    for start, end in plate.middles:
-        ends = [occ.addPoint(*at, 0.0) for at in dict.fromkeys((start, end))]
+    for start, end in plate.marks:
+        ends = [occ.addPoint(*at) for at in dict.fromkeys((start, end))]
         mark = [(1, occ.addLine(*ends))] if len(ends) == 2 else [(0, ends[0])]
         tools += occ.intersect(mark, bodies, removeObject=True, removeTool=False)[0]
     tools = [tool for tool in tools if tool not in bodies]  # a region that holds the whole plate

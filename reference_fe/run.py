@@ -3,8 +3,9 @@
 Readings a solver must choose:
 - A clamp holds all displacements of the edge's face. The normal gradient there stays free, as in any
   displacement-based solid, so both readings of `gradients` are the same here.
-- A hold and a plane of symmetry hold components at the nodes of their place; their middle line or point is
-  imprinted in the mesh. A moment turns with the best straight line through the edge's face along z.
+- A hold and a plane of symmetry hold components at the nodes of their place; their middle line or point, and that of
+  a face with protrusions, is imprinted in the mesh. A moment turns with the best straight line through the edge's
+  face along z.
 - A point load is spread evenly over the line through the thickness at its (x, y), a patch load over
   the kept volume of its region; both are dead loads.
 - An initial angular velocity turns about the origin of space.

@@ -11,7 +11,7 @@ from scipy.interpolate import BSpline
 from compare.scene import Feature as SceneFeature
 from compare.scene import Profile, Scene, Section
 from reference_fe.elasticity import Lame, Pattern, lame, pattern, scalar_mass, tabulate
-from reference_fe.geometry import SAME, Band, Curve, Feature, Floor, Interval, Outlined, Plate
+from reference_fe.geometry import SAME, Band, Curve, Feature, Floor, Interval, Outlined, Place, Plate
 from reference_fe.loads import Load, Moment, face_share, line_share, load_at, pressure_force, region_share, slope_share
 from reference_fe.mesh import Solid, Spacing
 from reference_fe.newton import Memory
@@ -145,7 +145,7 @@ def plate_of(scene: Scene, frame: Frame, surface: Surface | Revolved | None) -> 
         tuple(_band(scene, frame, band) for band in scene.protrusions),
         tuple(dict.fromkeys(regions)),
         tuple(dict.fromkeys(lines)),
-        tuple(_middle(scene, frame, support) for support in scene.supports if getattr(support, "over", "") == "middle"),
+        tuple(_mark(scene, frame, support) for support in scene.supports if _is_inside(scene, support)),
         scene.surface.closed,
     )
 
@@ -169,11 +169,17 @@ def _support(scene: Scene, frame: Frame, support) -> tuple[tuple[tuple[int, floa
     return place, tuple("XYZ".index(component) for component in support.components)
 
 
-def _middle(scene: Scene, frame: Frame, support) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Ends, in the box, of the mid-surface line or point that a support holds."""
-    sides = dict(place for place in _support(scene, frame, support)[0] if place[0] < 2)
+def _is_inside(scene: Scene, support) -> bool:
+    """Whether the line or point that a support holds may lie inside a face of the solid: a protrusion may cover it."""
+    over = getattr(support, "over", "face")
+    return over == "middle" or any(band.face == over for band in scene.protrusions)
+
+
+def _mark(scene: Scene, frame: Frame, support) -> tuple[Place, Place]:
+    """Ends, in the box, of the line or point that a support holds."""
+    sides = dict(_support(scene, frame, support)[0])
     spans = [frame.interval(axis, span) for axis, span in enumerate(scene.surface.span)]
-    return tuple(tuple(sides.get(axis, spans[axis][end]) for axis in (0, 1)) for end in (0, 1))
+    return tuple((*(sides.get(axis, spans[axis][end]) for axis in (0, 1)), sides[2]) for end in (0, 1))
 
 
 def _band(scene: Scene, frame: Frame, band: SceneFeature) -> Feature:

@@ -12,6 +12,7 @@ from reference_fe.loads import Moment, pressure_force, slope_share
 from reference_fe.mesh import Spacing, make
 from reference_fe.run import solve
 from reference_fe.supports import held
+from reference_fe.unpack import mid_surface, plate_of, spacing_of
 
 ROOT = 2**-0.5
 RAMP = [[0.0, 0.0], [1.0, 1.0]]
@@ -108,16 +109,33 @@ def test_beam_on_two_hinges_sags_as_a_timoshenko_beam(over):
 
 @pytest.mark.parametrize("place", [(0.0, 0.0), (1.0, 0.0), (1.0, 0.3)])
 def test_a_corner_is_held_at_its_middle_alone(place):
-    solid = make(Plate(1.0, 0.3, 0.1, middles=((place, place),)), Spacing(0.3))
+    solid = make(Plate(1.0, 0.3, 0.1, marks=(((*place, 0.0), (*place, 0.0)),)), Spacing(0.3))
     mask = held(solid, ((0, place[0]), (1, place[1]), (2, 0.0)), (2,))
     assert mask.sum() == 1 and np.allclose(solid.box.doflocs[:, mask.any(axis=1)].ravel(), [*place, 0.0])
 
 
 def test_a_middle_line_is_imprinted_from_end_to_end():
-    solid = make(Plate(1.0, 0.3, 0.1, middles=(((0.0, 0.0), (0.0, 0.3)),)), Spacing(0.1))
+    solid = make(Plate(1.0, 0.3, 0.1, marks=(((0.0, 0.0, 0.0), (0.0, 0.3, 0.0)),)), Spacing(0.1))
     nodes = held(solid, ((0, 0.0), (2, 0.0)), (0, 2)).any(axis=1)
     y = np.sort(solid.box.doflocs[1, nodes])
     assert y[0] == 0 and np.isclose(y[-1], 0.3) and len(y) % 2 == 1 and np.diff(y).max() < 0.06
+
+
+@pytest.mark.parametrize("face", ["bottom", "top"])
+@pytest.mark.parametrize("across", [[0.1, 0.2], [0.0, 0.3]], ids=["part", "all"])
+@pytest.mark.parametrize("place", [{"edge": "x0"}, {"corner": "x0y0"}], ids=["edge", "corner"])
+def test_a_face_is_held_at_its_own_height_where_a_protrusion_covers_it(face, across, place):
+    """Nodes on the whole edge, no farther apart than the largest edge, or the one at the corner."""
+    hold = {"kind": "hold", "components": ["Y", "Z"], "over": face, **place}
+    rib = {"name": "rib", "face": face, "along": "x", "across": across, "depth": 0.04}
+    question = scene((1.0, 0.3), 0.1, 1e6, 0.3, [hold], [], [[1.0, 0.3, 0.0]], protrusions=[rib])
+    frame, surface = mid_surface(question)
+    plate = plate_of(question, frame, surface)
+    solid = make(plate, spacing_of(plate, 0.2), surface)
+    at = ((0, 0.0), (2, 0.05 if face == "top" else -0.05)) + (((1, 0.0),) if "corner" in place else ())
+    y = np.sort(solid.places[1, held(solid, at, (2,)).any(axis=1)])
+    assert y[0] == 0 and len(y) % 2 == 1
+    assert len(y) == 1 if "corner" in place else y[-1] == 0.3 and np.diff(y).max() < 0.11
 
 
 def test_a_support_where_the_material_is_cut_away_is_a_named_failure(build):

@@ -127,16 +127,13 @@ def rigid_motions(system: System, mass: sp.csc_matrix) -> np.ndarray:
 
 
 def mass_is_positive(plate: Body) -> bool:
-    """Whether the scalar mass matrix, scaled to a diagonal of ones, can be factorised without a vanishing pivot."""
+    """Whether the scalar mass matrix can be factorised without a vanishing pivot."""
     lower = sp.tril(plate.mass, format="csc")
     lower.sort_indices()
-    diagonal = plate.mass.diagonal()
-    if not np.all(diagonal > 0):
+    if not np.all(plate.mass.diagonal() > 0):
         return False
-    columns = np.repeat(np.arange(len(diagonal)), np.diff(lower.indptr))
-    scaled = lower.data / np.sqrt(diagonal[lower.indices] * diagonal[columns])
     try:
-        LinearSolver(Pattern(lower.indptr, lower.indices)).factorise(scaled)
+        LinearSolver(Pattern(lower.indptr, lower.indices)).factorise(lower.data)
     except SingularMatrix:
         return False
     return True

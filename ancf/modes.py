@@ -107,36 +107,41 @@ def highest(system: System) -> float:
 
 
 def rigid_motions(system: System, mass: sp.csc_matrix) -> np.ndarray:
-    """The rigid motions (r, u) of the undeformed plate that move no held component, orthonormal in the mass.
+    """The rigid motions (r, u) of the undeformed plate that move no held component, orthonormal in the mass."""
+    own = free_motions(system)[:, system.assembly.free]
+    triangle = np.linalg.cholesky(own @ (mass @ own.T))
+    return np.linalg.solve(triangle, own)
 
-    A rotation turns every nodal vector, and positions about the centre.
+
+def free_motions(system: System) -> np.ndarray:
+    """Rigid motions (r, 3 v) of the undeformed plate that move no held component.
+
+    A rotation turns every nodal vector, and positions about the centre. What the motions do to held components, with
+    gradients as lengths, has a singular value of zero for each combination of them that moves none; the squares of
+    these values would not tell zero from 1e-8 of the largest.
     """
-    mesh, unknown_of = system.body.mesh, system.assembly.unknown_of
+    mesh = system.body.mesh
     position = (mesh.kinds == "r")[:, None]
     centre = mesh.vectors[position[:, 0]].mean(axis=0)
     arms = mesh.vectors - position * centre
     size = np.abs(arms[position[:, 0]]).max()
     motions = [position * axis for axis in np.eye(3)] + [np.cross(axis, arms) / size for axis in np.eye(3)]
-    motions = np.array(motions).reshape(6, -1)
-    held = motions[:, unknown_of < 0]
-    ways, moved, _ = np.linalg.svd(held @ held.T if held.size else np.zeros((6, 6)))
-    free = ways[:, np.sqrt(moved) <= HELD * max(1.0, np.sqrt(moved.max()))].T
-    own = free @ motions[:, system.assembly.free]
-    triangle = np.linalg.cholesky(own @ (mass @ own.T))
-    return np.linalg.solve(triangle, own)
+    lengths = np.where(position, 1.0, size)
+    is_held = (system.assembly.unknown_of < 0).reshape(-1, 3)
+    held = np.array([(motion * lengths)[is_held] for motion in motions])
+    held = np.pad(held, ((0, 0), (0, max(0, 6 - held.shape[1]))))
+    ways, moved, _ = np.linalg.svd(held, full_matrices=False)
+    return ways[:, moved <= HELD * max(1.0, moved.max())].T @ np.array(motions).reshape(6, -1)
 
 
 def mass_is_positive(plate: Body) -> bool:
-    """Whether the scalar mass matrix, scaled to a diagonal of ones, can be factorised without a vanishing pivot."""
+    """Whether the scalar mass matrix can be factorised without a vanishing pivot."""
     lower = sp.tril(plate.mass, format="csc")
     lower.sort_indices()
-    diagonal = plate.mass.diagonal()
-    if not np.all(diagonal > 0):
+    if not np.all(plate.mass.diagonal() > 0):
         return False
-    columns = np.repeat(np.arange(len(diagonal)), np.diff(lower.indptr))
-    scaled = lower.data / np.sqrt(diagonal[lower.indices] * diagonal[columns])
     try:
-        LinearSolver(Pattern(lower.indptr, lower.indices)).factorise(scaled)
+        LinearSolver(Pattern(lower.indptr, lower.indices)).factorise(lower.data)
     except SingularMatrix:
         return False
     return True

@@ -6,6 +6,8 @@ import pytest
 from ancf.functional import mean_over_edge, value_at
 from ancf.linear_solver import LinearSolver, SingularMatrix
 from ancf.loads import spread
+from ancf.material import from_engineering
+from ancf.mesh import grid
 from ancf.newton import (
     DIVERGED,
     INVERTED,
@@ -18,8 +20,9 @@ from ancf.newton import (
     correct,
     equilibrium,
 )
+from ancf.shape import FAMILY
 from ancf.supports import clamp
-from ancf.system import system
+from ancf.system import body, system
 
 E, THICKNESS = 2.0e6, 0.05
 RAMP = ((0.0, 0.0), (1.0, 1.0))
@@ -130,6 +133,35 @@ def test_singular_and_broken_matrices_are_refused(make_body):
         solver.factorise(np.zeros_like(K))
     with pytest.raises(SingularMatrix):
         solver.factorise(K * np.nan)
+
+
+@pytest.mark.parametrize("widest", [0, 1000], ids=["sparse", "banded"])
+def test_a_plate_that_nothing_holds_is_refused_by_every_way(make_body, monkeypatch, widest):
+    monkeypatch.setattr("ancf.linear_solver.WIDEST_BAND", widest)
+    plate = make_body()
+    acting = system(plate, np.zeros(plate.mesh.vectors.size, dtype=bool), (), THICKNESS)
+    with pytest.raises(SingularMatrix):
+        LinearSolver(acting.assembly.pattern).factorise(acting.tangent(plate.mesh.vectors.ravel()))
+
+
+@pytest.mark.parametrize("way", ["definite", "indefinite", "sparse"])
+@pytest.mark.parametrize("size", [1e-5, 1e3])
+def test_the_size_of_a_plate_does_not_matter(element, monkeypatch, way, size):
+    """Lengths by s and the same moduli: an r_xy has s^4 times the stiffness beside that of an r, and solutions of the
+    same forces per s^2 are s times as large. Indefinite: beyond the lowest eigenvalue, as in the test below."""
+    monkeypatch.setattr("ancf.linear_solver.WIDEST_BAND", 0 if way == "sparse" else 1000)
+    tips = []
+    for s in (1.0, size):
+        lines = s * np.linspace(0, 1, 4), s * np.linspace(0, 0.6, 3)
+        mesh = grid(*lines, None, FAMILY[element])
+        plate = body(mesh, (), s * THICKNESS, from_engineering(E, 0.3), 2000.0 / s**2, (7, 7, 3))
+        load = spread(mean_over_edge(mesh, (), s * THICKNESS, "x1"), (0, 0, -5.0 * s**2), RAMP)
+        acting = system(plate, clamp(mesh, "x0", "tangential"), [load], s * THICKNESS)
+        data = acting.tangent(mesh.vectors.ravel()) - (1e4 * acting.mass_values if way == "indefinite" else 0)
+        u = np.zeros(mesh.vectors.size)
+        u[acting.assembly.free] = LinearSolver(acting.assembly.pattern).factorise(data)(acting.force_external(1.0))
+        tips.append(value_at(mesh, s, 0.6 * s, 0.0) @ u.reshape(-1, 3) / s)
+    np.testing.assert_allclose(*tips, rtol=1e-8, atol=1e-10)
 
 
 @pytest.mark.parametrize("way", ["_cholesky", "_banded_lu", "_sparse"])

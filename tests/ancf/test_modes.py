@@ -85,6 +85,39 @@ def test_only_the_motions_that_supports_allow_are_rigid(make_body):
     assert lowest(clamped(plate), 3, 10.0).rigid == 0
 
 
+PIN = {"kind": "hold", "components": ["X", "Y", "Z"]}
+TURNED = np.array([[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]])
+
+
+def panel(size):
+    """An arched panel with a straight edge y0, turned and moved in space."""
+    arch = ((-0.4, 0.0), (0.0, 0.2), (0.4, 0.0))
+    points = [[size * (TURNED @ [x, y, z] + [0.1, -0.3, 0.2]) for y, z in arch] for x in (0, 0.5, 1.1)]
+    knots = [[0, 0, 0, 1, 1, 1]] * 2
+    return {"kind": "nurbs", "degree": [2, 2], "knots": knots, "control_points": np.array(points).tolist()}
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-4])
+@pytest.mark.parametrize(
+    "turned, supports, count",
+    [
+        (False, [{**PIN, "corner": corner, "over": "middle"} for corner in ("x0y0", "x1y1")], 1),
+        (False, [{**PIN, "corner": "x0y0"}], 1),
+        (True, [{**PIN, "edge": "y0", "over": "middle"}], 1),
+        (True, [{"kind": "clamp", "edge": "y0"}], 0),
+    ],
+    ids=["two corners", "the face at a corner", "a hinge", "a clamp"],
+)
+def test_a_plate_may_turn_about_an_oblique_axis(turned, supports, count, size):
+    """What turns about such an axis is a combination of motions that each move what is held."""
+    flat = {"kind": "rectangle", "length": 1.3 * size, "width": 0.7 * size}
+    changes = {"supports": supports, "grooves": [], "thickness": 0.05 * size}
+    scene = parse({**PLATE, **changes, "surface": panel(size) if turned else flat}, "plate")
+    result = solve(scene, scene.ancf.levels[0])
+    assert (result.status, result.facts["rigid_modes"]) == ("ok", count)
+    assert result.frequencies[0] * size > 0.05
+
+
 def test_a_strip_sounds_like_a_beam(element):
     """Shear and rotary inertia of a strip 50 times as long as thick lower the first mode by 2e-4; ten elements
     of the paper's plate, whose curvature is constant, raise it by 1/(4 n^2) at most."""

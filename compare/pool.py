@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 SHARE = 0.8  # of the machine's memory that workers may be expected to use together
-MARGIN = (
-    1.5  # a unit that is expected to need more than this part of the machine's memory is refused: estimates are rough
-)
+MARGIN = 1.5  # times the machine's memory: a unit that is expected to need more is refused, as estimates are rough
 TAIL = 2000  # characters of a crashed worker's standard error that are kept
 
 Tell = Callable[[tuple[tuple[str, float], ...], float | None], None]

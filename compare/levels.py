@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 from compare.scene import Level
 from compare.study import level_name
-from compare.table import element, fineness, kind, rule
+from compare.table import element, fineness, rule
 
-NAMED = {"mesh", "size", "points", "element", "fit", "enrich", "walls", "budget"}  # in the first words, or no matter
+STATED = {"points", "element", "fit", "enrich", "walls", "lips", "volumetric"}  # by `element` and `rule`
 
 
 def names(levels: Sequence[Level]) -> list[str]:
@@ -23,8 +23,11 @@ def full_name(level: Level) -> str:
 
 
 def finest(levels: Sequence[Level]) -> Level:
-    """The finest level of the first ladder, which pages draw boldest."""
-    return max((level for level in levels if kind(level) == kind(levels[0])), key=fineness)
+    """The finest level with the element and rule of the first ladder, which pages draw boldest; of several time steps
+    there the smallest."""
+    first = element(levels[0]), rule(levels[0])
+    own = (level for level in levels if (element(level), rule(level)) == first)
+    return max(own, key=lambda level: (fineness(level), -(level.time_step or 0.0)))
 
 
 def find(name: str, levels: Sequence[Level]) -> list[Level]:
@@ -46,7 +49,7 @@ def _name(level: Level, alike: Sequence[Level]) -> str:
 
 def _parts(level: Level) -> tuple[str, ...]:
     """All that levels of one mesh or size may differ in."""
-    rest = level.model_dump(mode="json", exclude=NAMED)
+    rest = level.model_dump(mode="json", exclude={*STATED, "mesh", "size", "budget"})
     return (element(level), rule(level) or "", *(f"{key}={value}" for key, value in rest.items()))
 
 

@@ -25,7 +25,7 @@ SIZES = [ReferenceLevel(size=size) for size in (0.2, 0.1)]
         ),
         "lips": (
             [WALLS, WALLS.model_copy(update={"lips": True})],
-            ["8x8 lips=False", "8x8 lips=True"],
+            ["8x8 enriched, fitted 0.5, walls", "8x8 enriched, fitted 0.5, walls, lips"],
         ),
         "sizes": (SIZES, ["h=0.2", "h=0.1"]),
     }.values(),

@@ -67,4 +67,4 @@ def scene(name: str) -> Scene:
     data = load("tread_smooth").model_dump(mode="json", exclude_defaults=True)
     data.pop("tread")
     groove = {"name": name, "face": "bottom", **SHAPES[name][0]}
-    return parse({**data, "name": "integration", "grooves": [groove]}, name)
+    return parse({**data, "name": "grooved", "grooves": [groove]}, name)

@@ -16,12 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from ancf.columns import Columns, columns
-from ancf.enhanced import enhanced_strains, relaxed
+from ancf.enhanced import enhanced_strains, inverse_root
 from ancf.material import SaintVenantKirchhoff
 from ancf.nurbs import GeometryError
 from ancf.packing import SPAN, packing
@@ -106,9 +107,20 @@ def mass(parts: Integrand, density: float) -> np.ndarray:
     return density * (parts.S.T * parts.volume) @ parts.S
 
 
+class Run(NamedTuple):
+    """What consecutive elements have by element: G (e, q, i, p), volume (e, q), M (e, 9 q, k) of their Integrand, and
+    the inverse root (e, k, k) of their enhanced strains."""
+
+    G: np.ndarray
+    volume: np.ndarray
+    M: np.ndarray
+    root: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class PointElements:
-    """Elements integrated point by point: any material, any reference shape.
+    """Elements integrated point by point: any material, any reference shape; with enhanced strains one whose stress is
+    linear in the strain.
 
     parts (e,): the Integrand of each element; elements may share one.
     """
@@ -118,7 +130,7 @@ class PointElements:
 
     def energy(self, Q: np.ndarray) -> float:
         """Strain energy (J) of all elements with nodal vectors Q (e, i, 3)."""
-        runs = ((self._strain(q, run), run) for q, run in self._runs(Q, self.parts))
+        runs = ((self._strain(q, run), run) for q, run in self._runs(Q))
         return float(sum(run.volume.ravel() @ self.material.energy(E).ravel() for E, run in runs))
 
     def force(self, Q: np.ndarray, more: Terms = ()) -> np.ndarray:
@@ -128,63 +140,73 @@ class PointElements:
         F_X = X^T G. The mean of F^T F at Q - X and Q + X is F^T F + F_X^T F_X.
         """
         factors, Q = _beside(Q, more)
-        return np.concatenate([self._stiffening(q, run, factors) @ q[..., :3] for q, run in self._runs(Q, self.parts)])
+        runs = ((q, run, self._strain(q, run, factors)) for q, run in self._runs(Q))
+        return np.concatenate([self._stiffening(E, run) @ q[..., :3] for q, run, E in runs])
 
     def tangent(self, Q: np.ndarray, more: Terms = ()) -> Iterator[np.ndarray]:
         """Yield the packed tangents span by span; see `packing`. more: as in `force`."""
         rows, columns, second = packing(Q.shape[1])
         factors, Q = _beside(Q, more)
         for start in range(0, len(Q), SPAN):
-            part = slice(start, start + SPAN)
-            K = np.concatenate([self._tangent(q, run, factors) for q, run in self._runs(Q[part], self.parts[part])])
+            runs = self._runs(Q[start : start + SPAN], start)
+            K = np.concatenate([self._tangent(q, run, factors) for q, run in runs])
             entries = K.reshape(len(K), 3 * Q.shape[1], -1)[:, rows, columns]
             yield np.concatenate([entries[:, :second].ravel(), entries[:, second:].ravel()])
 
-    @staticmethod
-    def _runs(Q: np.ndarray, parts: tuple[Integrand, ...]) -> Iterator[tuple[np.ndarray, Integrand]]:
-        """Q and stacked Integrand of consecutive elements with as many points and strains, in small portions."""
-        start = 0
-        while start < len(Q):
-            points = len(parts[start].volume)
+    @cached_property
+    def _roots(self) -> dict[Integrand, np.ndarray]:
+        """The inverse root (k, k) of the enhanced strains of each distinct part."""
+        C, found = self.material.tangent(np.zeros((3, 3))).reshape(9, 9), {}
+        for part in set(self.parts):
+            M = part.M.reshape(len(part.volume), 9, -1)
+            CM = C @ M * part.volume[:, None, None]
+            found[part] = inverse_root(*(array.reshape(9 * len(M), -1) for array in (M, CM)))
+        return found
+
+    def _runs(self, Q: np.ndarray, start: int = 0) -> Iterator[tuple[np.ndarray, Run]]:
+        """Q of the elements from `start` on, and the Run of consecutive ones with as many points and strains, in small
+        portions."""
+        parts, first = self.parts[start : start + len(Q)], 0
+        while first < len(Q):
+            points = len(parts[first].volume)
             most = max(1, RUN_BYTES // (points * 9 * 3 * Q.shape[1] * 8 * 2))
-            stop = start + 1
-            while stop < min(len(Q), start + most) and parts[stop].M.shape == parts[start].M.shape:
+            stop = first + 1
+            while stop < min(len(Q), first + most) and parts[stop].M.shape == parts[first].M.shape:
                 stop += 1
-            run = parts[start:stop]
-            yield Q[start:stop], Integrand(*(np.stack([getattr(part, name) for part in run]) for name in FIELDS))
-            start = stop
+            own = parts[first:stop]
+            G, volume, M = (np.stack([getattr(part, name) for part in own]) for name in ("G", "volume", "M"))
+            root = np.stack([self._roots[part] for part in own])
+            yield Q[first:stop], Run(G, volume, M.reshape(len(own), 9 * points, -1), root)
+            first = stop
 
-    def _relaxed(self, X: np.ndarray, run: Integrand) -> np.ndarray:
-        """Strains X (e, q, 9, c) with the enhanced ones that belong to them."""
-        e, q, _, c = X.shape
-        C = self.material.tangent(np.zeros((3, 3))).reshape(9, 9)
-        M = run.M.reshape(e, q, 9, -1)
-        CM = C @ M * run.volume[..., None, None]
-        flat = (array.reshape(e, 9 * q, -1) for array in (X, M, CM))
-        return relaxed(*flat).reshape(e, q, 9, c)
-
-    def _strain(self, Q: np.ndarray, run: Integrand, factors: np.ndarray = ONE) -> np.ndarray:
+    def _strain(self, Q: np.ndarray, run: Run, factors: np.ndarray = ONE) -> np.ndarray:
         """E (e, q, 3, 3), the enhanced strain included."""
         E = strain(Q, run.G, factors)
-        return self._relaxed(E.reshape(*E.shape[:2], 9, 1), run).reshape(E.shape)
+        if not run.M.shape[-1]:
+            return E
+        S = self.material.stress(E) * run.volume[..., None, None]
+        against = run.root @ (run.M.swapaxes(1, 2) @ S.reshape(len(S), -1, 1))
+        return E - (run.M @ (run.root.swapaxes(1, 2) @ against)).reshape(E.shape)
 
-    def _stiffening(self, Q: np.ndarray, run: Integrand, factors: np.ndarray) -> np.ndarray:
-        """P_ij (e, i, j) = integral G_ip S_pr G_jr dV."""
+    def _stiffening(self, E: np.ndarray, run: Run) -> np.ndarray:
+        """P_ij (e, i, j) = integral G_ip S_pr G_jr dV of strains E (e, q, 3, 3)."""
         G = run.G
-        S = self.material.stress(self._strain(Q, run, factors)) * run.volume[..., None, None]
+        S = self.material.stress(E) * run.volume[..., None, None]
         e, q, i, _ = G.shape
         GS = (G @ S).swapaxes(1, 2).reshape(e, i, 3 * q)
         return GS @ G.swapaxes(2, 3).reshape(e, 3 * q, i)
 
-    def _tangent(self, Q: np.ndarray, run: Integrand, factors: np.ndarray) -> np.ndarray:
-        """Tangents K (e, i, 3, k, 3) of elements with equally many points."""
-        e, q, i, _ = run.G.shape
-        C = self.material.tangent(self._strain(Q, run, factors)) * run.volume[..., None, None, None, None]
-        E_q = np.einsum("eqap,eqir->eqpria", _gradient(Q[..., :3], run.G), run.G).reshape(e, q, 9, 3 * i)
-        CE = C.reshape(e, q, 9, 9) @ self._relaxed(E_q, run)
-        K = E_q.reshape(e, 9 * q, 3 * i).swapaxes(1, 2) @ CE.reshape(e, 9 * q, 3 * i)
-        K = K.reshape(e, i, 3, i, 3)
-        P = self._stiffening(Q, run, factors)
+    def _tangent(self, Q: np.ndarray, run: Run, factors: np.ndarray) -> np.ndarray:
+        """Tangents K (e, i, 3, k, 3) of elements with equally many points: E_q^T C E_q dV less B^T B, what the enhanced
+        strains take, with B = R^-1 M^T C E_q dV."""
+        (e, q, i, _), E = run.G.shape, self._strain(Q, run, factors)
+        C = self.material.tangent(E) * run.volume[..., None, None, None, None]
+        E_q = np.einsum("eqap,eqir->eqpria", _gradient(Q[..., :3], run.G), run.G, order="C").reshape(e, q, 9, 3 * i)
+        CE = (C.reshape(e, q, 9, 9) @ E_q).reshape(e, 9 * q, 3 * i)
+        K = E_q.reshape(e, 9 * q, 3 * i).swapaxes(1, 2) @ CE
+        B = run.root @ (run.M.swapaxes(1, 2) @ CE)
+        K = (K - B.swapaxes(1, 2) @ B).reshape(e, i, 3, i, 3)
+        P = self._stiffening(E, run)
         for a in range(3):
             K[:, :, a, :, a] += P
         return K

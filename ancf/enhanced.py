@@ -103,9 +103,7 @@ def _zeta(rule: Rule) -> np.ndarray:
     return z / np.sqrt(3 * mean(z**2))
 
 
-def relaxed(X: np.ndarray, M: np.ndarray, CM: np.ndarray) -> np.ndarray:
-    """Strains X (..., n, c) plus enhanced ones: X - M H^-1 CM^T X, H = CM^T M, for M and C M dV (..., n, k)."""
-    if M.shape[-1] == 0:
-        return X
-    CM_t = CM.swapaxes(-1, -2)
-    return X - M @ np.linalg.solve(CM_t @ M, CM_t @ X)
+def inverse_root(M: np.ndarray, CM: np.ndarray) -> np.ndarray:
+    """R^-1 (k, k), H = M^T CM = R R^T, for M and C M dV (n, k): with X the strains, the enhanced ones that belong to
+    them are -M R^-T R^-1 CM^T X."""
+    return np.linalg.inv(np.linalg.cholesky(M.T @ CM))

@@ -35,8 +35,10 @@ if TYPE_CHECKING:
     Elements = QuadraticElements | SplitFormElements | PointElements | HyperelasticElements | SplitElements
 
 ELEMENT_BYTES = 20_000  # of an element with 16 functions
+REPAID = 8  # elements that share a form: from here on their tensors take less time than one tangent from points
 DENSE = 150  # nodal vectors: then all of the mass matrix is multiplied in the time a sparse product takes to begin
 MOST_FORM_BYTES = 1_500_000_000
+POINTS = 1 / 3  # of the memory of its tensors: that of a distinct element's 7 x 7 x 3 points
 EPSILON = np.finfo(float).eps
 
 Material = SaintVenantKirchhoff | MooneyRivlin
@@ -245,10 +247,12 @@ def body(
     pointwise: bool = False,
     free: Sequence[str] = (),
     volumetric: str = RELAXED,
+    once: bool = False,
 ) -> Body:
     """Integrate the elements of a mesh; those of equal shape and groove share their tensors.
 
-    pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements.
+    pointwise: keep the points instead of the tensors; so are meshes of very many distinct elements. once: whether a
+    single tangent is asked for, which tensors repay only where many elements share them.
     free: free edges of the plate, for elements that have a layer there; only St. Venant-Kirchhoff ones do.
     volumetric: RELAXED, REDUCED or FULL, for Mooney-Rivlin material: see `compare.scene.AncfLevel`.
     Raises GeometryError where a groove leaves no material or a reference shape folds, ValueError where
@@ -266,6 +270,7 @@ def body(
     parts = integrands(points)
     functions = np.array([part.S.shape[1] for part in parts])
     pointwise = pointwise or sum(map(form_bytes, functions.tolist())) > MOST_FORM_BYTES
+    pointwise = pointwise or (once and len(mesh.cells) < REPAID * len(parts))
     groups = [_group(mesh, parts, shared, functions == count) for count in np.unique(functions)]
     if linear:
         elements = tuple(_elements(group, mesh, material, pointwise) for group in groups)
@@ -392,6 +397,7 @@ def expected_memory(mesh: Mesh, unknowns: int, first: np.ndarray) -> float:
     band = 3 * int(np.ptp(mesh.connectivity, axis=1).max() + 1)
     own = ELEMENT_BYTES * float(((functions / 16) ** 2).sum())
     forms = sum(map(form_bytes, functions[first].tolist()))
+    forms *= POINTS if forms > MOST_FORM_BYTES else 1
     return 92 + 1e-6 * (forms + own + 2 * 8 * band * unknowns)
 
 

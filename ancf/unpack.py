@@ -59,18 +59,18 @@ def build(scene: Scene, level: AncfLevel) -> Model:
         return _model(scene, level, mesh, bands)
     every = with_layers(mesh, layer_vectors(mesh, bands, scene.thickness), bands, scene.thickness)
     inertia = scene.analysis.until**-2 if scene.analysis.kind == "dynamic" else 0.0
-    trial = _model(scene, level, every, bands, pointwise=True)  # used once, which the tensors would not repay
+    trial = _model(scene, level, every, bands, once=True)
     worth = chosen(trial.system, level.enrich, inertia)
     return _model(scene, level, only(every, worth), bands)
 
 
-def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], pointwise: bool = False) -> Model:
+def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], once: bool = False) -> Model:
     material = material_of(scene)
     density = scene.material.density or 0.0
     held, rim = held_of(scene, mesh), rim_of(scene, mesh)
     free = free_edges(mesh, held if rim is None else held | rim.held | rim.tied)
     volume = level.volumetric or RELAXED
-    integration = level.points, level.integration, pointwise, free, volume
+    integration = level.points, level.integration, False, free, volume, once
     plate = body(mesh, bands, scene.thickness, material, density, *integration)
     loads = [_load(load, mesh, bands, scene.thickness, plate, rim) for load in scene.loads]
     kinds = Load, EdgeMoment, FollowerPressure

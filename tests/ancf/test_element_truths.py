@@ -18,7 +18,7 @@ from ancf.quadrature import gauss, onto_cell, tensor
 from ancf.shape import FAMILY
 from ancf.split_form import SplitFormElements
 from ancf.subdomain import BOTTOM, GROOVE, Band
-from ancf.system import body, form_bytes, system
+from ancf.system import body, expected_memory, form_bytes, system
 
 FORCE = 2.0e6 * 0.05  # N per metre: Young's modulus times thickness, the size of forces at strain one
 
@@ -86,6 +86,23 @@ def test_quadratic_form_equals_the_sum_over_points(make_body, deformed, kind, po
     assert fast.elements.energy(Q) == pytest.approx(plain.elements.energy(Q), rel=1e-12)
     K, K_plain = dense_tangent(fast, q), dense_tangent(plain, q)
     np.testing.assert_allclose(K, K_plain, atol=1e-12 * np.abs(K_plain).max())
+
+
+def test_points_condense_their_enhanced_strains_once(make_body, deformed, monkeypatch):
+    """What is asked for a second time solves no system of equations, and is the same."""
+    plate = make_body("grooved", points=(4, 4, 3), pointwise=True)
+    Q = deformed(plate)[plate.connectivity]
+
+    def found():
+        return [*plate.elements.tangent(Q), plate.elements.force(Q), plate.elements.energy(Q)]
+
+    def never(*arrays):
+        raise AssertionError("solved anew")
+
+    first = found()
+    for name in ("solve", "inv", "cholesky", "lstsq"):
+        monkeypatch.setattr(np.linalg, name, never)
+    assert all(np.array_equal(*both) for both in zip(found(), first, strict=True))
 
 
 def looped_stress(E, lame, shear):
@@ -211,6 +228,15 @@ def test_too_many_distinct_elements_keep_their_points(make_body, element, monkey
     monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 5 * form_bytes(len(FAMILY[element].kinds)))
     assert isinstance(make_body(lines=([0, 0.3, 0.7], [0, 0.2, 0.6])).elements, QuadraticElements | SplitFormElements)
     assert isinstance(make_body(lines=([0, 0.3, 0.7, 1.2], [0, 0.2, 0.6])).elements, PointElements)
+
+
+def test_memory_told_is_that_of_points_where_there_are_no_tensors(make_body, element, monkeypatch):
+    mesh = make_body(lines=([0, 0.3, 0.7, 1.2], [0, 0.2, 0.6])).mesh
+    first, count = np.arange(len(mesh.cells)), 3 * len(mesh.vectors)
+    tensors = len(first) * form_bytes(len(FAMILY[element].kinds)) / 1e6
+    with_tensors = expected_memory(mesh, count, first)
+    monkeypatch.setattr("ancf.system.MOST_FORM_BYTES", 0.9e6 * tensors)
+    assert expected_memory(mesh, count, first) == pytest.approx(with_tensors - 2 / 3 * tensors)
 
 
 def test_shallow_groove_is_no_groove(make_body, deformed):

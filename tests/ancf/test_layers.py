@@ -10,7 +10,7 @@ from ancf.functional import interpolation, mean_over_region
 from ancf.layer import KIND, layer_vectors, only, with_layers
 from ancf.material import from_engineering
 from ancf.mesh import grid
-from ancf.refine import fitted
+from ancf.refine import chosen, fitted
 from ancf.run import estimate, solve
 from ancf.shape import FAMILY
 from ancf.subdomain import BOTTOM, GROOVE, PROTRUSION, TOP, Band
@@ -271,6 +271,28 @@ def test_a_larger_share_chooses_more():
         int((build(scene, LEVEL.model_copy(update={"enrich": s})).mesh.kinds == KIND).sum()) for s in (0.3, 0.8, 0.99)
     ]
     assert 0 < counts[0] < counts[1] < counts[2]
+
+
+@pytest.mark.parametrize(("mesh", "keeps_points"), [((3, 1), True), ((20, 1), False)])
+def test_a_trial_has_tensors_where_enough_elements_share_them(mesh, keeps_points, monkeypatch):
+    """Either way the same vectors are chosen."""
+    scene, level, trials = table_groove(), LEVEL.model_copy(update={"mesh": mesh, "points": (5, 5, 3)}), []
+
+    def followed(trial, *more):
+        trials.append(trial)
+        return chosen(trial, *more)
+
+    def places():
+        mesh = build(scene, level).mesh
+        return mesh.parameters[mesh.kinds == KIND]
+
+    monkeypatch.setattr("ancf.unpack.chosen", followed)
+    found = places()
+    assert len(found) > 0
+    groups = trials[0].body.elements.groups
+    assert all(isinstance(group, PointElements) == keeps_points for group in groups)
+    monkeypatch.setattr("ancf.system.REPAID", 0 if keeps_points else np.inf)
+    assert np.array_equal(places(), found)
 
 
 def test_estimate_counts_the_unknowns_of_the_solve():

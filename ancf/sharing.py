@@ -14,7 +14,7 @@ from ancf.parity import FLAT, NONE, Mirrors
 from ancf.quadratic_form import from_first_node
 from ancf.subdomain import imaged
 
-DIGITS = 11  # of the largest entry, in which two Gram matrices agree
+DIGITS = 11  # in which two Gram matrices agree, for a plate of size 1 with gradients of length 1
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,18 +56,18 @@ def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own:
     functions of their own, and those that see bands without images, have none.
     """
     vectors, positions = mesh.element_vectors, mesh.shape.positions
-    Q = from_first_node(vectors, positions)
+    units = _units(mesh)[:, None]
+    Q = from_first_node(vectors, positions) / units
     grams = Q @ Q.swapaxes(1, 2)
-    unit = np.abs(grams).max()
     number: dict[tuple, int] = {}
     form_of, image_of = np.empty(len(vectors), dtype=int), np.zeros(len(vectors), dtype=int)
 
     def shape_key(e: int, seen: Sequence[Feature], image: Image | None) -> tuple:
         gram, edges = grams[e], sides(mesh, e, free)
         if image is not None:
-            turned = from_first_node(vectors[e][None, image.order] * image.signs[:, None], positions)[0]
+            turned = from_first_node(vectors[e][None, image.order] * image.signs[:, None], positions)[0] / units
             gram, edges = turned @ turned.T, tuple(sorted(map(image.edge, edges)))
-        rounded = np.round(gram / unit, DIGITS) + 0.0
+        rounded = np.round(gram, DIGITS) + 0.0
         return imaged(mesh.cells[e], seen, image), edges, rounded.tobytes(), mesh.element(e).shape
 
     sizes, met = _sizes(vectors, positions), set()
@@ -92,9 +92,18 @@ def sharing(mesh: Mesh, bands: Sequence[Feature], free: Sequence[str] = (), own:
             return NONE
         along = (shape_key(e, seen, own[k]) == shape_key(e, seen, None) for k in (ALONG_X, ALONG_Y))
         is_level = not any(band.section for band in seen)
-        return *along, is_level and not np.round(grams[e][upright][:, np.invert(upright)] / unit, DIGITS).any()
+        return *along, is_level and not np.round(grams[e][upright][:, np.invert(upright)], DIGITS).any()
 
     return Sharing(form_of, first, image_of, own, tuple(map(mirrors, first.tolist())))
+
+
+def _units(mesh: Mesh) -> np.ndarray:
+    """What the vectors (i,) of an element are measured in: positions in sizes of the plate, gradients in their largest
+    length, twists accordingly, and directors, which have no dimension, in 1."""
+    size = np.ptp(mesh.vectors[mesh.kinds == "r"], axis=0).max()
+    along, across = (np.linalg.norm(mesh.vectors[mesh.kinds == kind], axis=1).max() for kind in ("r_x", "r_y"))
+    unit = {"r": size, "r_x": along, "r_y": across, "r_xy": along * across / size}
+    return np.array([unit.get(kind, 1.0) for kind in mesh.shape.kinds])
 
 
 def _sizes(vectors: np.ndarray, positions: tuple[int, ...]) -> list[float]:

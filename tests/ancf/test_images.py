@@ -7,7 +7,10 @@ import pytest
 
 import ancf.system
 from ancf.image import images
+from ancf.mesh import grid
+from ancf.nurbs import Surface
 from ancf.shape import FAMILY
+from ancf.sharing import sharing
 from ancf.subdomain import BOTTOM, GROOVE, TOP, Band
 from ancf.system import system
 
@@ -81,3 +84,13 @@ def test_what_only_looks_like_an_image_is_none(make_body):
         replace(mirrored, edges=(0.71, 0.79)),
     ):
         assert make_body(lines=LINES, bands=(groove, other)).shapes > shapes
+
+
+def test_a_small_plate_has_as_many_forms_as_a_large_one():
+    """A patch with a bent edge, no two elements of which are equal: its positions and gradients are as small as it is,
+    its normals are not."""
+    for size in (1.0, 1e-6):
+        points = size * np.array([[(x + 0.1 * y * y, y, 0.0) for y in (0, 0.5, 1)] for x in (0, 0.1, 0.4, 1)])
+        patch = Surface((3, 2), ([0] * 4 + [1] * 4, [0] * 3 + [1] * 3), points)
+        lines = np.linspace(0, 1, 9)
+        assert len(sharing(grid(lines, lines, patch), ()).first) == 64

@@ -136,6 +136,39 @@ def test_static_failure_is_named():
     assert np.all(np.isfinite(result.displacement))
 
 
+ENRICHED = LEVEL.model_copy(update={"element": "enriched", "points": (4, 4, 3)})
+STATIC = {"kind": "static", "until": 1.0, "every": 1.0}
+PINS = ["X", "Y", "Z"]
+PIN = {"kind": "hold", "corner": "x0y0", "components": PINS}
+DOWN = [{"kind": "edge", "edge": "x1", "force": [0.0, 0.0, -5.0], "history": [[0.0, 0.0], [1.0, 1.0]]}]
+FLOOR = {
+    "name": "floor",
+    "face": "bottom",
+    "shape": {"kind": "plane", "point": [0.0, 0.0, -0.025], "normal": [0.0, 0.0, 1.0]},
+    "stiffness": 1e5,
+}
+IN_PLANE = {"kind": "hold", "corner": "x1y0", "components": ["Y"], "over": "middle"}
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"analysis": STATIC},
+        {"analysis": STATIC, "obstacles": [FLOOR]},
+        {"analysis": {**STATIC, "follow": "arc-length"}},
+        {},
+    ],
+    ids=["statics", "contact", "path", "dynamics"],
+)
+@pytest.mark.parametrize("enrich", [None, 0.9])
+def test_a_plate_that_is_held_everywhere_stays(changes, enrich):
+    whole = [{"kind": "hold", "whole": True, "components": PINS}]
+    case = scene(supports=whole, loads=DOWN, **changes)
+    result = solve(case, ENRICHED.model_copy(update={"time_step": 0.1, "enrich": enrich}))
+    assert (result.status, result.unknowns) == ("ok", 0)
+    assert len(result.times) > 1 and not result.displacement.any()
+
+
 ROOT = 0.5**0.5
 ARC = [[0.0, -ROOT, ROOT], [0.0, 0.0, 2 * ROOT], [0.0, ROOT, ROOT]]
 CYLINDER = {

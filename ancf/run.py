@@ -17,6 +17,8 @@ Readings chosen here
   energy-momentum scheme forces are means over a step, and what a result says of them is that of the last one.
 - Modes are small vibrations about the undeformed plate. Rigid motions that the supports leave free are counted,
   not listed.
+- Statics asks for supports that leave no rigid motion, whether or not the loads need it; where obstacles or a rim may
+  stop one, the tangents tell.
 - A rim holds what a tangential clamp of its edges would; its translation is the mean of their positions. Its stated
   motion enters with its own velocity and acceleration; what keeps it is the residual there at each output.
 - BLAS runs on one thread while a solve lasts: the products are small, and on cores that have other work
@@ -50,7 +52,7 @@ from ancf.path import Point, follow
 from ancf.sharing import possible, sharing
 from ancf.supports import free_edges
 from ancf.system import System, dividing, expected_memory
-from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of, rim_of
+from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, loose, material_of, mesh_of, rim_of
 from ancf.wall import KINDS
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Rim, Shots
@@ -85,6 +87,7 @@ class History:
     iterations: int = 0
     factorisations: int = 0
     status: str = OK
+    why: str = ""
     shots: Shots = field(default_factory=Shots)
     rim: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list)
 
@@ -94,7 +97,7 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
     """Solve the scene at one resolution; `progress` is called with the fraction of the time that is done.
 
     A solve that fails returns what it reached, under the name of the failure; a shape that folds, has no
-    normal or no material left is "geometry_failed".
+    normal or no material left is "geometry_failed", statics of a plate that is not held "singular_tangent".
     """
     started, cpu = time.perf_counter(), time.process_time()
     try:
@@ -126,7 +129,10 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
 
 def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of statics or dynamics."""
-    history, q = _way(scene)(scene, level, model, progress)
+    if why := loose(scene, model.system):
+        history, q = History(status=SINGULAR, why=why), model.mesh.vectors.ravel()
+    else:
+        history, q = _way(scene)(scene, level, model, progress)
     found = dict(
         times=np.array(history.times),
         probe_position=model.probes @ model.mesh.vectors,
@@ -260,8 +266,8 @@ def _message(history: History) -> str:
     if history.status == OK:
         return ""
     reached = f"after t = {history.times[-1]:.6g} s" if history.times else "before the first output time"
-    why = ": the steps are too long for so stiff a contact" if history.status == LOST_ENERGY else ""
-    return f"{history.status} {reached}, after {history.steps} steps{why}"
+    why = "the steps are too long for so stiff a contact" if history.status == LOST_ENERGY else history.why
+    return f"{history.status} {reached}, after {history.steps} steps" + (f": {why}" if why else "")
 
 
 def _output_times(scene: Scene) -> np.ndarray:

@@ -150,6 +150,39 @@ FLOOR = {
 IN_PLANE = {"kind": "hold", "corner": "x1y0", "components": ["Y"], "over": "middle"}
 
 
+@pytest.mark.parametrize("follow", ["load", "arc-length"])
+@pytest.mark.parametrize(
+    "supports, free",
+    [
+        ([PIN], "1 rigid motion is free"),
+        ([{"kind": "hold", "edge": "x0", "components": PINS, "over": "middle"}], "1 rigid motion is free"),
+        ([{"kind": "symmetry", "edge": "x0", "normal": "X"}], "3 rigid motions are free"),
+        ([PIN, IN_PLANE], ""),
+    ],
+    ids=["the face at a corner", "a hinge", "symmetry", "a corner and a point"],
+)
+def test_statics_of_a_plate_that_is_not_held_is_named(supports, free, follow):
+    """Round-off let some of these tangents through: what a corner's drilling turned by changed with the load steps."""
+    case = scene(supports=supports, loads=DOWN, grooves=[], analysis={**STATIC, "follow": follow})
+    result = solve(case, LEVEL.model_copy(update={"time_step": 0.5}))
+    assert result.status == ("singular_tangent" if free else "ok")
+    assert free in result.message and len(result.times) == (0 if free else len(result.displacement))
+
+
+def test_an_obstacle_may_stop_what_supports_leave_free():
+    """A plate on a floor, held in its plane, goes in by its weight; by 6e-4 more of that as it is squeezed."""
+    case = scene(
+        supports=[PIN | {"components": ["X", "Y"]}, IN_PLANE],
+        loads=[{"kind": "gravity", "acceleration": [0.0, 0.0, -9.81]}],
+        grooves=[],
+        obstacles=[FLOOR],
+        analysis=STATIC,
+    )
+    result = solve(case, LEVEL.model_copy(update={"time_step": 1.0}))
+    assert result.status == "ok"
+    np.testing.assert_allclose(result.displacement[-1, :, 2], -9.81 * 2000 * 0.05 / 1e5, rtol=1e-3)
+
+
 @pytest.mark.parametrize(
     "changes",
     [

@@ -61,6 +61,7 @@ from compare.scene import AncfLevel, Scene
 if TYPE_CHECKING:
     from ancf import contact
     from ancf.border import BorderedSolver
+    from ancf.mesh import Mesh
     from ancf.outline import Facets
 
 SOLVER = "ancf"
@@ -103,7 +104,9 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
     try:
         model = build(scene, level)
     except GeometryError as error:
-        return _nothing(scene, level, error)
+        return _nothing(scene, level, GEOMETRY_FAILED, str(error))
+    except SingularMatrix as error:
+        return _nothing(scene, level, SINGULAR, f"no layers can be chosen: {error}")
     with np.errstate(over="ignore", invalid="ignore"):
         answer = _vibrating if scene.analysis.kind == "modes" else _moved
         found, facts = answer(scene, level, model, progress)
@@ -216,8 +219,8 @@ def _version() -> str:
     return version("groovecheck")
 
 
-def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
-    """The Result of a shape that cannot be modelled: no unknowns, no times, h = 0."""
+def _nothing(scene: Scene, level: AncfLevel, status: str, message: str) -> Result:
+    """The Result of what cannot be modelled: no unknowns, no times, h = 0."""
     count = len(scene.probes)
     return Result(
         **_header(scene, level),
@@ -227,8 +230,8 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
         probe_position=np.full((count, 3), np.nan),
         displacement=np.empty((0, count, 3)),
         energies={},
-        status=GEOMETRY_FAILED,
-        message=str(error),
+        status=status,
+        message=message,
     )
 
 
@@ -416,12 +419,22 @@ def _tell(progress: Progress, fraction: float) -> None:
         progress(float(fraction))
 
 
+def _estimated_mesh(scene: Scene, level: AncfLevel) -> Mesh:
+    """The mesh of a solve, without layers where none can be chosen."""
+    if level.enrich is not None:
+        try:
+            return build(scene, level).mesh
+        except SingularMatrix:
+            pass
+    return mesh_of(scene, level)
+
+
 def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     """What a solve would model and what it costs, without solving.
 
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
-    mesh = mesh_of(scene, level) if level.enrich is None else build(scene, level).mesh
+    mesh = _estimated_mesh(scene, level)
     held, rim = held_of(scene, mesh), rim_of(scene, mesh)
     if rim is not None:
         held = held | rim.held

@@ -17,6 +17,7 @@ from ancf.functional import (
     value_at,
 )
 from ancf.layer import layer_vectors, only, with_layers
+from ancf.linear_solver import SingularMatrix
 from ancf.loads import EdgeMoment, Load, gravity, pressure, spread
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff, from_engineering
 from ancf.mesh import Mesh, grid
@@ -54,13 +55,15 @@ class Model:
 
 
 def build(scene: Scene, level: AncfLevel) -> Model:
-    """Mesh, integrate and assemble the scene. Raises GeometryError."""
+    """Mesh, integrate and assemble the scene. Raises GeometryError, SingularMatrix where loads cannot choose layers."""
     bands, mesh = bands_of(scene), mesh_of(scene, level)
     if level.enrich is None or not bands:
         return _model(scene, level, mesh, bands)
     every = with_layers(mesh, layer_vectors(mesh, bands, scene.thickness), bands, scene.thickness)
     inertia = scene.analysis.until**-2 if scene.analysis.kind == "dynamic" else 0.0
     trial = _model(scene, level, every, bands, pointwise=True)  # used once, which the tensors would not repay
+    if why := loose(scene, trial.system):
+        raise SingularMatrix(why)
     worth = chosen(trial.system, level.enrich, inertia)
     return _model(scene, level, only(every, worth), bands)
 

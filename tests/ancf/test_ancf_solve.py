@@ -183,6 +183,14 @@ def test_an_obstacle_may_stop_what_supports_leave_free():
     np.testing.assert_allclose(result.displacement[-1, :, 2], -9.81 * 2000 * 0.05 / 1e5, rtol=1e-3)
 
 
+def test_layers_that_loads_cannot_choose_are_a_named_failure():
+    case = scene(supports=[PIN], loads=DOWN, analysis=STATIC)
+    level = ENRICHED.model_copy(update={"enrich": 0.9})
+    result = solve(case, level)
+    assert result.status == "singular_tangent" and "layers" in result.message and "1 rigid motion" in result.message
+    assert estimate(case, level)["unknowns"] == estimate(case, level.model_copy(update={"enrich": None}))["unknowns"]
+
+
 @pytest.mark.parametrize(
     "changes",
     [

@@ -115,8 +115,8 @@ class LinearSolver:
 
 
 def _require_pivots(pivots: np.ndarray) -> None:
-    """Raises SingularMatrix where a pivot is round-off of the largest one."""
-    if not pivots.min() > ROUND_OFF * pivots.max():
+    """Raises SingularMatrix where a pivot is round-off of the largest one; a matrix without rows has none."""
+    if len(pivots) and not pivots.min() > ROUND_OFF * pivots.max():
         raise SingularMatrix(f"smallest pivot {pivots.min():.3g} of {pivots.max():.3g}")
 
 

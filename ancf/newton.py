@@ -221,7 +221,7 @@ def with_contact(
         if touched is None:
             return data, None
         lower, upper = touched
-        is_symmetric = np.abs(lower - upper).max() <= SYMMETRIC * np.abs(lower).max()
+        is_symmetric = np.abs(lower - upper).max(initial=0.0) <= SYMMETRIC * np.abs(lower).max(initial=0.0)
         return data + share * lower, None if is_symmetric else data + share * upper
 
     return problem._replace(balance=balance, jacobian=jacobian)

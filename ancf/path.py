@@ -99,7 +99,8 @@ def follow(system: System, solver: LinearSolver, q: np.ndarray, until: float, st
     """Equilibria beyond q, that of t = 0, up to the first whose t is `until`; the last one may be a failure.
 
     The loads must be linear in t from 0 to `until`. Steps are as long as the linear response to an increment
-    `step` of t; one that fails is halved, down to SMALLEST_CUT, and after a success doubled up to that.
+    `step` of t; one that fails is halved, down to SMALLEST_CUT, and after a success doubled up to that. Loads that
+    move nothing, as where everything is held, take a single step of no displacement.
     """
     start = system.loads_total(0.0)
     track = _Track(system, solver, start, (system.loads_total(until) - start) / until)
@@ -108,6 +109,9 @@ def follow(system: System, solver: LinearSolver, q: np.ndarray, until: float, st
         track = _Track(system, solver, start, track.growth, track.length(track.response(q)[0]))
     except SingularMatrix:
         yield here._replace(status=SINGULAR)
+        return
+    if track.unit == 0:
+        yield here._replace(t=until, length=until)
         return
     while here.status == OK and here.t < until:
         found = _step(track, here, before, cut * step * track.unit, until)

@@ -114,6 +114,8 @@ class _Problem:
 
     def _blocks(self, unknowns: np.ndarray) -> np.ndarray:
         """Own stiffness (n, 3, 3) of layer vectors with unknowns (n, 3)."""
+        if not len(unknowns):
+            return np.empty((0, 3, 3))
         rows, columns = np.broadcast_arrays(unknowns[:, :, None], unknowns[:, None, :])
         return np.asarray(self.K[rows.ravel(), columns.ravel()]).reshape(-1, 3, 3)
 

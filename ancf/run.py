@@ -17,6 +17,8 @@ Readings chosen here
   energy-momentum scheme forces are means over a step, and what a result says of them is that of the last one.
 - Modes are small vibrations about the undeformed plate. Rigid motions that the supports leave free are counted,
   not listed.
+- Statics asks for supports that leave no rigid motion, whether or not the loads need it; where obstacles or a rim may
+  stop one, the tangents tell.
 - A rim holds what a tangential clamp of its edges would; its translation is the mean of their positions. Its stated
   motion enters with its own velocity and acceleration; what keeps it is the residual there at each output.
 - BLAS runs on one thread while a solve lasts: the products are small, and on cores that have other work
@@ -50,7 +52,7 @@ from ancf.path import Point, follow
 from ancf.sharing import possible, sharing
 from ancf.supports import free_edges
 from ancf.system import System, dividing, expected_memory
-from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, material_of, mesh_of, rim_of
+from ancf.unpack import Model, bands_of, build, held_of, initial_velocity, loose, material_of, mesh_of, rim_of
 from ancf.wall import KINDS
 from ancf.words import words
 from compare.result import Contact, Outline, Result, Rim, Shots
@@ -59,6 +61,7 @@ from compare.scene import AncfLevel, Scene
 if TYPE_CHECKING:
     from ancf import contact
     from ancf.border import BorderedSolver
+    from ancf.mesh import Mesh
     from ancf.outline import Facets
 
 SOLVER = "ancf"
@@ -85,6 +88,7 @@ class History:
     iterations: int = 0
     factorisations: int = 0
     status: str = OK
+    why: str = ""
     shots: Shots = field(default_factory=Shots)
     rim: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = field(default_factory=list)
 
@@ -94,13 +98,15 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
     """Solve the scene at one resolution; `progress` is called with the fraction of the time that is done.
 
     A solve that fails returns what it reached, under the name of the failure; a shape that folds, has no
-    normal or no material left is "geometry_failed".
+    normal or no material left is "geometry_failed", statics of a plate that is not held "singular_tangent".
     """
     started, cpu = time.perf_counter(), time.process_time()
     try:
         model = build(scene, level)
     except GeometryError as error:
-        return _nothing(scene, level, error)
+        return _nothing(scene, level, GEOMETRY_FAILED, str(error))
+    except SingularMatrix as error:
+        return _nothing(scene, level, SINGULAR, f"no layers can be chosen: {error}")
     with np.errstate(over="ignore", invalid="ignore"):
         answer = _vibrating if scene.analysis.kind == "modes" else _moved
         found, facts = answer(scene, level, model, progress)
@@ -126,7 +132,10 @@ def solve(scene: Scene, level: AncfLevel, progress: Progress = None) -> Result:
 
 def _moved(scene: Scene, level: AncfLevel, model: Model, progress: Progress) -> tuple[dict, dict]:
     """What a Result says of statics or dynamics."""
-    history, q = _way(scene)(scene, level, model, progress)
+    if why := loose(scene, model.system):
+        history, q = History(status=SINGULAR, why=why), model.mesh.vectors.ravel()
+    else:
+        history, q = _way(scene)(scene, level, model, progress)
     found = dict(
         times=np.array(history.times),
         probe_position=model.probes @ model.mesh.vectors,
@@ -210,8 +219,8 @@ def _version() -> str:
     return version("groovecheck")
 
 
-def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
-    """The Result of a shape that cannot be modelled: no unknowns, no times, h = 0."""
+def _nothing(scene: Scene, level: AncfLevel, status: str, message: str) -> Result:
+    """The Result of what cannot be modelled: no unknowns, no times, h = 0."""
     count = len(scene.probes)
     return Result(
         **_header(scene, level),
@@ -221,8 +230,8 @@ def _nothing(scene: Scene, level: AncfLevel, error: GeometryError) -> Result:
         probe_position=np.full((count, 3), np.nan),
         displacement=np.empty((0, count, 3)),
         energies={},
-        status=GEOMETRY_FAILED,
-        message=str(error),
+        status=status,
+        message=message,
     )
 
 
@@ -260,8 +269,8 @@ def _message(history: History) -> str:
     if history.status == OK:
         return ""
     reached = f"after t = {history.times[-1]:.6g} s" if history.times else "before the first output time"
-    why = ": the steps are too long for so stiff a contact" if history.status == LOST_ENERGY else ""
-    return f"{history.status} {reached}, after {history.steps} steps{why}"
+    why = "the steps are too long for so stiff a contact" if history.status == LOST_ENERGY else history.why
+    return f"{history.status} {reached}, after {history.steps} steps" + (f": {why}" if why else "")
 
 
 def _output_times(scene: Scene) -> np.ndarray:
@@ -410,12 +419,22 @@ def _tell(progress: Progress, fraction: float) -> None:
         progress(float(fraction))
 
 
+def _estimated_mesh(scene: Scene, level: AncfLevel) -> Mesh:
+    """The mesh of a solve, without layers where none can be chosen."""
+    if level.enrich is not None:
+        try:
+            return build(scene, level).mesh
+        except SingularMatrix:
+            pass
+    return mesh_of(scene, level)
+
+
 def estimate(scene: Scene, level: AncfLevel) -> dict[str, object]:
     """What a solve would model and what it costs, without solving.
 
     {"unknowns", "elements", "memory_mb": of the whole process, "modelled": [...], "left_out": [...]}
     """
-    mesh = mesh_of(scene, level) if level.enrich is None else build(scene, level).mesh
+    mesh = _estimated_mesh(scene, level)
     held, rim = held_of(scene, mesh), rim_of(scene, mesh)
     if rim is not None:
         held = held | rim.held

@@ -17,9 +17,11 @@ from ancf.functional import (
     value_at,
 )
 from ancf.layer import layer_vectors, only, with_layers
+from ancf.linear_solver import SingularMatrix
 from ancf.loads import EdgeMoment, Load, gravity, pressure, spread
 from ancf.material import MooneyRivlin, SaintVenantKirchhoff, from_engineering
 from ancf.mesh import Mesh, grid
+from ancf.modes import free_motions
 from ancf.nurbs import Curve, Revolved, Surface, surface_derivatives
 from ancf.pressure import FollowerPressure, follower_pressure
 from ancf.refine import band_edges, chosen, fitted
@@ -53,15 +55,29 @@ class Model:
 
 
 def build(scene: Scene, level: AncfLevel) -> Model:
-    """Mesh, integrate and assemble the scene. Raises GeometryError."""
+    """Mesh, integrate and assemble the scene. Raises GeometryError, SingularMatrix where loads cannot choose layers."""
     bands, mesh = bands_of(scene), mesh_of(scene, level)
     if level.enrich is None or not bands:
         return _model(scene, level, mesh, bands)
     every = with_layers(mesh, layer_vectors(mesh, bands, scene.thickness), bands, scene.thickness)
     inertia = scene.analysis.until**-2 if scene.analysis.kind == "dynamic" else 0.0
     trial = _model(scene, level, every, bands, once=True)
+    if why := loose(scene, trial.system):
+        raise SingularMatrix(why)
     worth = chosen(trial.system, level.enrich, inertia)
     return _model(scene, level, only(every, worth), bands)
+
+
+def loose(scene: Scene, acting: System) -> str:
+    """Which rigid motions statics leaves free, "" where there is none or an obstacle or a rim may stop it.
+
+    Round-off of the tangent would tell them on some meshes alone, and give arbitrary displacements on others.
+    """
+    if scene.analysis.kind != "static" or acting.contact is not None or acting.rim is not None:
+        return ""
+    count = len(free_motions(acting))
+    many = "1 rigid motion is" if count == 1 else f"{count} rigid motions are"
+    return f"{many} free: the supports do not hold the plate" if count else ""
 
 
 def _model(scene: Scene, level: AncfLevel, mesh: Mesh, bands: tuple[Feature, ...], once: bool = False) -> Model:

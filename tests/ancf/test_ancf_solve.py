@@ -136,6 +136,80 @@ def test_static_failure_is_named():
     assert np.all(np.isfinite(result.displacement))
 
 
+ENRICHED = LEVEL.model_copy(update={"element": "enriched", "points": (4, 4, 3)})
+STATIC = {"kind": "static", "until": 1.0, "every": 1.0}
+PINS = ["X", "Y", "Z"]
+PIN = {"kind": "hold", "corner": "x0y0", "components": PINS}
+DOWN = [{"kind": "edge", "edge": "x1", "force": [0.0, 0.0, -5.0], "history": [[0.0, 0.0], [1.0, 1.0]]}]
+FLOOR = {
+    "name": "floor",
+    "face": "bottom",
+    "shape": {"kind": "plane", "point": [0.0, 0.0, -0.025], "normal": [0.0, 0.0, 1.0]},
+    "stiffness": 1e5,
+}
+IN_PLANE = {"kind": "hold", "corner": "x1y0", "components": ["Y"], "over": "middle"}
+
+
+@pytest.mark.parametrize("follow", ["load", "arc-length"])
+@pytest.mark.parametrize(
+    "supports, free",
+    [
+        ([PIN], "1 rigid motion is free"),
+        ([{"kind": "hold", "edge": "x0", "components": PINS, "over": "middle"}], "1 rigid motion is free"),
+        ([{"kind": "symmetry", "edge": "x0", "normal": "X"}], "3 rigid motions are free"),
+        ([PIN, IN_PLANE], ""),
+    ],
+    ids=["the face at a corner", "a hinge", "symmetry", "a corner and a point"],
+)
+def test_statics_of_a_plate_that_is_not_held_is_named(supports, free, follow):
+    """Round-off let some of these tangents through: what a corner's drilling turned by changed with the load steps."""
+    case = scene(supports=supports, loads=DOWN, grooves=[], analysis={**STATIC, "follow": follow})
+    result = solve(case, LEVEL.model_copy(update={"time_step": 0.5}))
+    assert result.status == ("singular_tangent" if free else "ok")
+    assert free in result.message and len(result.times) == (0 if free else len(result.displacement))
+
+
+def test_an_obstacle_may_stop_what_supports_leave_free():
+    """A plate on a floor, held in its plane, goes in by its weight; by 6e-4 more of that as it is squeezed."""
+    case = scene(
+        supports=[PIN | {"components": ["X", "Y"]}, IN_PLANE],
+        loads=[{"kind": "gravity", "acceleration": [0.0, 0.0, -9.81]}],
+        grooves=[],
+        obstacles=[FLOOR],
+        analysis=STATIC,
+    )
+    result = solve(case, LEVEL.model_copy(update={"time_step": 1.0}))
+    assert result.status == "ok"
+    np.testing.assert_allclose(result.displacement[-1, :, 2], -9.81 * 2000 * 0.05 / 1e5, rtol=1e-3)
+
+
+def test_layers_that_loads_cannot_choose_are_a_named_failure():
+    case = scene(supports=[PIN], loads=DOWN, analysis=STATIC)
+    level = ENRICHED.model_copy(update={"enrich": 0.9})
+    result = solve(case, level)
+    assert result.status == "singular_tangent" and "layers" in result.message and "1 rigid motion" in result.message
+    assert estimate(case, level)["unknowns"] == estimate(case, level.model_copy(update={"enrich": None}))["unknowns"]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"analysis": STATIC},
+        {"analysis": STATIC, "obstacles": [FLOOR]},
+        {"analysis": {**STATIC, "follow": "arc-length"}},
+        {},
+    ],
+    ids=["statics", "contact", "path", "dynamics"],
+)
+@pytest.mark.parametrize("enrich", [None, 0.9])
+def test_a_plate_that_is_held_everywhere_stays(changes, enrich):
+    whole = [{"kind": "hold", "whole": True, "components": PINS}]
+    case = scene(supports=whole, loads=DOWN, **changes)
+    result = solve(case, ENRICHED.model_copy(update={"time_step": 0.1, "enrich": enrich}))
+    assert (result.status, result.unknowns) == ("ok", 0)
+    assert len(result.times) > 1 and not result.displacement.any()
+
+
 ROOT = 0.5**0.5
 ARC = [[0.0, -ROOT, ROOT], [0.0, 0.0, 2 * ROOT], [0.0, ROOT, ROOT]]
 CYLINDER = {

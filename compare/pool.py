@@ -60,12 +60,14 @@ class Job:
 def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell, any_size: bool = False) -> Iterator[Outcome]:
     """Outcomes of the units as they end; results go to folder/<key>.npz. tell(running, seconds left) on changes.
 
-    any_size: units that the machine's memory is expected not to hold are started too, not refused.
+    any_size: units that the machine's memory is expected not to hold are started too, not refused. The worker of a unit
+    that is alone finds out itself, which saves another one's start.
     """
     if not units:
         return
     folder.mkdir(parents=True, exist_ok=True)
-    estimates = estimate(units, jobs)
+    estimates = estimate(units, jobs) if len(units) > 1 else {}
+    most = None if len(units) > 1 or any_size else MARGIN * physical_mb()
     costs = {unit.key: _cost(unit, estimates.get(unit.key)) for unit in units}
     memory = {unit.key: estimates.get(unit.key, {}).get("memory_mb") or 0.0 for unit in units}
     refused = [unit for unit in units if too_large(memory[unit.key]) and not any_size]
@@ -77,9 +79,8 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell, any_size: bool
         for unit in waiting:
             if not running or used + memory[unit.key] <= SHARE * physical_mb():
                 waiting.remove(unit)
-                return unit, Task(
-                    "solve", unit.module, ((unit.scene, unit.level),), folder / f"{unit.key}.npz", jobs > 1
-                )
+                path = folder / f"{unit.key}.npz"
+                return unit, Task("solve", unit.module, ((unit.scene, unit.level),), path, jobs > 1, most)
         return None
 
     def show(running: list[Job]) -> None:
@@ -91,7 +92,8 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell, any_size: bool
         show([])
     for job in work(next_task, jobs, show):
         rates.setdefault(job.about.solver, []).append((time.monotonic() - job.began) / costs[job.about.key])
-        yield Outcome(job.about, *ending(job))
+        needed = job.said.get("too_large")
+        yield Outcome(job.about, *ending(job)) if needed is None else _refused(job.about, needed)
 
 
 def estimate(units: list[Unit], jobs: int) -> dict[str, dict[str, Any]]:

@@ -2,7 +2,8 @@
 
 The parent starts `python -m compare.worker` with the thread limits already in the environment,
 writes one pickled Task to its standard input and reads JSON lines from its standard output:
-{"fraction": 0.4} while it works, then {"done": true} or {"error": "...", "trace": "..."}.
+{"fraction": 0.4} while it works, then {"done": true} or {"error": "...", "trace": "..."}; {"too_large": MB} where
+it is not begun.
 Whatever a solver prints goes to standard error instead.
 """
 
@@ -32,7 +33,7 @@ class Task:
 
     solver: dotted name of a module with solve(scene, level, progress) and estimate(scene, level).
     questions: pairs (Scene, level). path: where the one Result of "solve" goes. beside: whether other units may run
-    at the same time.
+    at the same time. most_mb: what it may be expected to need, where nobody has estimated that before.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Task:
     questions: tuple[tuple[Any, Any], ...]
     path: Path | None = None
     beside: bool = False
+    most_mb: float | None = None
 
 
 def main() -> int:
@@ -53,6 +55,8 @@ def main() -> int:
         if task.kind == "estimate":
             found = [module.estimate(scene, level) for scene, level in task.questions]
             _tell(lines, {"estimates": found})
+        elif needed := excess(module, task):
+            _tell(lines, {"too_large": needed})
         else:
             solve(module, task, lines)
         _tell(lines, {"done": True})
@@ -60,6 +64,17 @@ def main() -> int:
         _tell(lines, {"error": f"{type(error).__name__}: {error}", "trace": traceback.format_exc()})
         return 1
     return 0
+
+
+def excess(module: Any, task: Task) -> float | None:
+    """Memory (MB) that a unit is expected to need, where that is more than it may."""
+    if task.most_mb is None:
+        return None
+    try:
+        needed = module.estimate(*task.questions[0]).get("memory_mb") or 0.0
+    except Exception:  # a solver that cannot tell is let try
+        return None
+    return needed if needed > task.most_mb else None
 
 
 def solve(module: Any, task: Task, lines: IO[str]) -> None:

@@ -71,11 +71,12 @@ check: setup ## compare fresh quick runs of cantilever, hard cases, integration,
 	$(BIN)/python -m reports.integration --budget quick --check --fresh
 	$(BIN)/python -m reports.plate_drop --budget quick --check --fresh
 
+# The tests start hundreds of processes, which share compiled modules, also where the environment forbids to keep them.
 test: setup browser ## the test suite, within 5 minutes on two cores
-	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2
 
 test-slow: setup browser ## the long studies too
-	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 -m "slow or not slow"
+	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 -m "slow or not slow"
 
 lint: setup ## ruff
 	$(BIN)/ruff check . && $(BIN)/ruff format --check .

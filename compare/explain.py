@@ -166,8 +166,9 @@ def _solver(scene: Scene, solver: str, levels: tuple, module: object) -> list[st
     lines = [f"{solver}, budget of each level in brackets"]
     for key, shown in (("modelled", "modelled"), ("left_out", "left out")):
         lines += [f"  {shown}: {text}" for text in dict.fromkeys(text for stated in estimates for text in stated[key])]
-    width = max(map(len, names(levels)))
-    for name, level, stated in zip(names(levels), levels, estimates, strict=True):
+    named = names(levels)
+    width = max(map(len, named))
+    for name, level, stated in zip(named, levels, estimates, strict=True):
         lines.append(
             f"  {name:{width}}  {_cost(stated)}{_steps(level)}  [{level.budget}]{_excess(stated['memory_mb'])}"
         )

@@ -130,8 +130,9 @@ def as_terminal(table: list[Row]) -> list[Table]:
         kept = [key for key in heading if any(row[key] is not None for row in members)]
         for key in kept:
             drawn.add_column(heading[key], justify="left" if key in ("sequence", "status") else "right")
+        form = _answers(members)
         for row in members:
-            cells = (cell(key, row[key], _answers(members)) for key in kept)
+            cells = (cell(key, row[key], form) for key in kept)
             drawn.add_row(*cells, style=None if row["status"] == "ok" else "red")
         found.append(drawn)
     return found

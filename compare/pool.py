@@ -67,11 +67,11 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell, any_size: bool
         return
     folder.mkdir(parents=True, exist_ok=True)
     estimates = estimate(units, jobs) if len(units) > 1 else {}
-    most = None if len(units) > 1 or any_size else MARGIN * physical_mb()
+    most = None if len(units) > 1 or any_size else largest_mb()
     costs = {unit.key: _cost(unit, estimates.get(unit.key)) for unit in units}
     memory = {unit.key: estimates.get(unit.key, {}).get("memory_mb") or 0.0 for unit in units}
-    refused = [unit for unit in units if too_large(memory[unit.key]) and not any_size]
-    waiting = sorted((unit for unit in units if unit not in refused), key=lambda unit: -costs[unit.key])
+    refused = {} if any_size else {unit.key: unit for unit in units if too_large(memory[unit.key])}
+    waiting = sorted((unit for unit in units if unit.key not in refused), key=lambda unit: -costs[unit.key])
     rates: dict[str, list[float]] = {}
 
     def next_task(running: list[Job]) -> tuple[Unit, Task] | None:
@@ -87,7 +87,7 @@ def solve(units: list[Unit], folder: Path, jobs: int, tell: Tell, any_size: bool
         shown = tuple((job.about.label, job.fraction) for job in running)
         tell(shown, seconds_left(running, waiting, costs, rates, jobs))
 
-    for unit in refused:
+    for unit in refused.values():
         yield _refused(unit, memory[unit.key])
         show([])
     for job in work(next_task, jobs, show):
@@ -200,7 +200,12 @@ def _cost(unit: Unit, stated: dict[str, Any] | None) -> float:
 
 def too_large(memory_mb: float) -> bool:
     """Whether a unit that is expected to need that much memory is refused on this machine."""
-    return memory_mb > MARGIN * physical_mb()
+    return memory_mb > largest_mb()
+
+
+def largest_mb() -> float:
+    """What a unit may be expected to need, in MiB."""
+    return MARGIN * physical_mb()
 
 
 def _refused(unit: Unit, memory_mb: float) -> Outcome:

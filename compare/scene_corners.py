@@ -18,7 +18,6 @@ from compare.scene_outline_checks import depth_spline
 from compare.scene_revolved import section_curve
 
 UPRIGHT = math.pi / 2  # slope of a wall
-WALL = 1.5 * math.pi  # at the floor or the foot of a wall that is normal to the mid-surface
 SMOOTH = 1e-6  # rad: a face that turns less has no edge
 SAMPLES = 32  # of a side of an outline, and of a crease of its floor
 

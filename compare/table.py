@@ -99,10 +99,14 @@ def convergences(entries: list[Entry]) -> list[Convergence]:
     for entry in entries:
         groups.setdefault(series(entry), []).append(entry)
     groups = {name: coarse_first(group) for name, group in groups.items()}
-    return [_converged(entry, groups[series(entry)]) for entry in entries]
+    highest = {name: highest_order(group[0]) for name, group in groups.items()}
+    return [
+        _converged(entry, groups[name], highest[name])
+        for entry, name in zip(entries, map(series, entries), strict=True)
+    ]
 
 
-def _converged(entry: Entry, group: list[Entry]) -> Convergence:
+def _converged(entry: Entry, group: list[Entry], highest: float) -> Convergence:
     """Convergence of the levels of a series (coarse to fine) up to an entry; refused behind a failed level."""
     if not entry.ok:
         return Convergence(None, refused=f"failed level: {entry.status}")
@@ -114,7 +118,7 @@ def _converged(entry: Entry, group: list[Entry]) -> Convergence:
     h = [other.result.h for other in coarser]
     if len(set(h)) < len(h):
         return Convergence(None, refused="two levels of equal h", value=answer(entry))
-    return study(h, [answer(other) for other in coarser], highest=highest_order(entry), rest=at_rest(entry))
+    return study(h, [answer(other) for other in coarser], highest=highest, rest=at_rest(entry))
 
 
 def highest_order(entry: Entry) -> float:
@@ -222,13 +226,12 @@ def element(level: Level) -> str:
     if not hasattr(level, "element"):
         return "P2 tetrahedron"
     beside = None if level.fit is None else " ".join(["fitted", *(f"{distance:g}" for distance in level.fit)])
-    volume = getattr(level, "volumetric", None)
     spent = (
         beside,
         level.enrich and f"layers to {level.enrich:g}",
         level.walls and "walls",
-        getattr(level, "lips", False) and "lips",
-        volume and volume != "relaxed" and f"{volume} volumetric energy",
+        level.lips and "lips",
+        level.volumetric not in (None, "relaxed") and f"{level.volumetric} volumetric energy",
     )
     return ", ".join([level.element, *filter(None, spent)])
 
@@ -300,19 +303,19 @@ def history(entry: Entry) -> np.ndarray:
     scene, result = entry.scene, entry.result
     if scene.answer == "height":
         return result.position(scene.probes[0].name)[:, 2]
-    return result.displacement[:, result.probes.index(scene.probes[0].name), "xyz".index(scene.answer[-1])]
+    return result.displacement[:, _probe(entry), "xyz".index(scene.answer[-1])]
 
 
-def _moved(entry: Entry) -> np.ndarray:
-    """Displacement (3,) of the answer probe at the last output time."""
-    return entry.result.displacement[-1, entry.result.probes.index(entry.scene.probes[0].name)]
+def _probe(entry: Entry) -> int:
+    """Number of the answer probe in an entry's result."""
+    return entry.result.probes.index(entry.scene.probes[0].name)
 
 
 def at_rest(entry: Entry) -> float:
     """The answer of the undeformed body: a height's in m, 0 for displacements and frequencies. The entry must be ok."""
     if entry.scene.analysis.kind == "modes" or entry.scene.answer != "height":
         return 0.0
-    return float(entry.result.probe_position[entry.result.probes.index(entry.scene.probes[0].name), 2])
+    return float(entry.result.probe_position[_probe(entry), 2])
 
 
 def height(entry: Entry) -> float | None:
@@ -327,13 +330,13 @@ def rest(entries: Iterable[Entry]) -> float:
     return next((at_rest(entry) for entry in entries if entry.ok), 0.0)
 
 
-def error(entry: Entry, against: float | None) -> float | None:
-    """`percent` of an entry's answer against another one; None also where what `against` moves by is next to nothing
-    of the probe's own displacement: round-off has no accuracy."""
-    if not entry.ok or against is None:
+def error(entry: Entry | None, against: float | None) -> float | None:
+    """`percent` of an entry's answer against another one; None without one, and where what `against` moves by is next
+    to nothing of the probe's own displacement: round-off has no accuracy."""
+    if entry is None or not entry.ok or against is None:
         return None
     start, vibrates = at_rest(entry), entry.scene.analysis.kind == "modes"
-    if not vibrates and abs(against - start) <= NOTHING * np.linalg.norm(_moved(entry)):
+    if not vibrates and abs(against - start) <= NOTHING * np.linalg.norm(entry.result.displacement[-1, _probe(entry)]):
         return None
     return percent(answer(entry), against, start)
 

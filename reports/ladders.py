@@ -202,18 +202,13 @@ def opinions(entries: Sequence[Entry]) -> list[dict[str, Any]]:
         finest = {}
         for ladder in ladders(entries, scene.name):
             finest.setdefault(ladder.solver, ladder.finest)
-        solved = {solver: entry for solver, entry in finest.items() if entry}
         for value in (*published(scene), *cross_code(scene)):
             if value.mesh is None:
                 line = {"scene": scene.name, "kind": value.kind, "source": value.source, "cell": value.cell}
                 line |= {"value": value.value}
-                line |= {f"{solver}_percent": _beside(solved.get(solver), value.value) for solver in NAMES}
+                line |= {f"{solver}_percent": error(finest.get(solver), value.value) for solver in NAMES}
                 found.append(line)
     return found
-
-
-def _beside(entry: Entry | None, value: float) -> float | None:
-    return None if entry is None else error(entry, value)
 
 
 def error_target(found: Sequence[Ladder]) -> tuple[float, str] | None:

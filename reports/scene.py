@@ -46,12 +46,13 @@ def _gap(about: str, ladder: Ladder, judge: Entry | None, is_first: bool) -> Fig
     """How far the finest level of a ladder of ANCF is from the reference's; the first one has the short name."""
     known = ladder.finest is not None and judge is not None
     name = f"{about}_{'ancf' if is_first else ladder.label.replace(' ', '_')}_reference_percent"
-    label = f"{about.replace('_mode_', ', mode ')}: {ladder.label} against the reference, finest levels of this run"
+    mode = f", mode {ladder.mode}" if ladder.mode else ""
+    label = f"{ladder.scene.name}{mode}: {ladder.label} against the reference, finest levels of this run"
     note = ""
     if known:
         note = f"{level_name(ladder.finest.level)} against {level_name(judge.level)}; "
         note += f"positive: {farther(ladder.scene)}."
-    gap = error(ladder.finest, answer(judge)) if known else None
+    gap = error(ladder.finest, judge and answer(judge))
     against = "cross-code: two independent solvers"
     return stated(name, label, gap, "%", against=against, note=note, form="+.3g")
 

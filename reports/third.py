@@ -55,7 +55,7 @@ def _closest(entry: Entry, reference: Ladder | None) -> Entry | None:
 
 
 def _error(entry: Entry | None, target: tuple[float, str] | None) -> float | None:
-    return None if entry is None or target is None else error(entry, target[0])
+    return error(entry, target and target[0])
 
 
 def section(content: dict[str, Any]) -> Section | None:

@@ -52,6 +52,8 @@ class ExportedLevel:
     fit: None = None
     enrich: None = None
     walls: None = None
+    lips: None = None
+    volumetric: None = None
     integrator: None = None
     time_step: None = None
     budget: str = "quick"
